@@ -1,0 +1,1 @@
+"""The body: robot descriptions (MJCF) and the facts read off the compiled model."""

@@ -1,0 +1,1 @@
+"""What happens: scenario files and their schema."""

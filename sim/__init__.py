@@ -1,0 +1,1 @@
+"""The world: physics, episodes, pictures, command line."""
