@@ -1,0 +1,121 @@
+"""The robot put on a floor, lit and filmed: what MuJoCo simulates and draws."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+
+from models.errors import InputError
+
+FLOOR = "floor"
+SIDES = ("left", "right")
+CAMERAS = ("three_quarter", "side", "front", "top")
+
+# A hard but well-conditioned contact: 5 ms time constant, critically damped, less than 1 mm of give.
+CONTACT_SOLREF = (0.005, 1.0)
+CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
+FLOOR_FRICTION = (0.8, 0.01, 0.001)
+
+# MuJoCo's codes of a contact sensor: data = found | force | torque | pos (bits 0, 1, 2, 4), reduce = netforce, one slot.
+_SOLE_SENSOR = (1 | 2 | 4 | 16, 3, 1)
+
+
+def build_arena(robot_xml: Path, *, timestep: float = 0.001) -> mujoco.MjSpec:
+    """Read a robot and put it on a floor.
+
+    Args:
+        robot_xml: MJCF file that keeps the conventions written in `models/utmu2.xml`.
+        timestep: physics step [s].
+
+    Returns:
+        An uncompiled `mujoco.MjSpec` with the floor, a contact sensor `<side>_sole` for each sole (its net floor
+        force, torque and point), lights and the cameras of `CAMERAS`.
+
+    Raises:
+        InputError: if the file cannot be read as a robot.
+    """
+    try:
+        spec = mujoco.MjSpec.from_file(str(robot_xml))
+    except (ValueError, OSError) as error:
+        raise InputError(f"{robot_xml}: not a readable MJCF robot: {' '.join(str(error).split())}") from None
+
+    spec.option.timestep = timestep
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.iterations = 20
+    spec.option.ls_iterations = 20
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    _add_floor(spec)
+    _add_sole_sensors(spec)
+    _add_lights_and_cameras(spec)
+    return spec
+
+
+def _add_floor(spec: mujoco.MjSpec) -> None:
+    spec.add_texture(
+        name="floor",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=[0.93, 0.93, 0.91],
+        rgb2=[0.87, 0.88, 0.88],
+        width=256,
+        height=256,
+    )
+    textures = [""] * mujoco.mjtTextureRole.mjNTEXROLE
+    textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
+    spec.add_material(name="floor", textures=textures, texrepeat=[5, 5], texuniform=True)
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.90, 0.93, 0.97],
+        rgb2=[0.98, 0.98, 0.98],
+        width=64,
+        height=64,
+    )
+    spec.worldbody.add_geom(
+        name=FLOOR,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[4, 4, 0.1],
+        material="floor",
+        contype=0,
+        conaffinity=1,
+        condim=3,
+        priority=1,  # the floor's contact parameters hold, whatever the robot's geoms say
+        friction=FLOOR_FRICTION,
+        solref=CONTACT_SOLREF,
+        solimp=CONTACT_SOLIMP,
+    )
+
+
+def _add_sole_sensors(spec: mujoco.MjSpec) -> None:
+    for side in SIDES:
+        spec.add_sensor(
+            name=f"{side}_sole",
+            type=mujoco.mjtSensor.mjSENS_CONTACT,
+            objtype=mujoco.mjtObj.mjOBJ_GEOM,
+            objname=f"{side}_sole",
+            reftype=mujoco.mjtObj.mjOBJ_GEOM,
+            refname=FLOOR,
+            intprm=_SOLE_SENSOR,
+        )
+
+
+def _add_lights_and_cameras(spec: mujoco.MjSpec) -> None:
+    spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
+    spec.visual.headlight.diffuse = [0.35, 0.35, 0.35]
+    spec.visual.headlight.specular = [0.1, 0.1, 0.1]
+    spec.visual.global_.offwidth = 1920
+    spec.visual.global_.offheight = 1080
+    spec.worldbody.add_light(
+        name="sun", pos=[0.6, -0.8, 2.5], dir=[-0.25, 0.3, -1.0], diffuse=[0.5, 0.5, 0.5], castshadow=False
+    )
+    for name, position, xyaxes in (
+        ("three_quarter", [0.75, -0.95, 0.50], [0.785, 0.620, 0, -0.175, 0.222, 0.959]),
+        ("side", [0.0, -1.25, 0.30], [1, 0, 0, 0, 0.06, 1]),
+        ("front", [1.25, 0.0, 0.30], [0, 1, 0, -0.06, 0, 1]),
+        ("top", [0.0, 0.0, 1.60], [0, -1, 0, 1, 0, 0]),
+    ):
+        camera = spec.worldbody.add_camera(name=name, pos=position, fovy=38)
+        camera.alt.xyaxes = xyaxes

@@ -1,0 +1,217 @@
+"""Facts of a robot, read off the compiled model: the one place where its numbers come from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from types import MappingProxyType
+from typing import Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from models.arena import SIDES, build_arena
+from models.errors import InputError
+
+Side = Literal["left", "right"]
+Array = NDArray[np.float64]
+
+FREE_JOINT = "root_joint"
+TRUNK = "trunk"
+STAND = "stand"
+MODELS = Path(__file__).parent
+
+
+def other(side: Side) -> Side:
+    """The opposite side."""
+    return "right" if side == "left" else "left"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Robot:
+    """What the controllers may know of a body.
+
+    Attributes:
+        name: the robot's name.
+        path: its MJCF file, the only description for MuJoCo and placo alike.
+        mass: total mass [kg].
+        gravity: g [m/s^2].
+        cog_height: height of the COG above the soles in the keyframe `stand` [m].
+        joint_names: the actuated joints, in the order of the configuration vector.
+        joint_range: (n, 2) lower and upper limit of each [rad].
+        stall_torque: (n,) torque at standstill [N m].
+        no_load_speed: (n,) speed at which the motor has no torque left [rad/s].
+        stand: (7 + n,) configuration of the keyframe `stand`: base position [m], quaternion (w x y z), joints [rad].
+        sole_vertices: side -> (4, 2) corners of the sole, counter-clockwise, in the frame of the sole's site [m].
+        sole_stance: side -> (x, y, yaw) of the sole's site in `stand` [m, m, rad].
+        body_names: every body that a push can act on.
+        leg_length: from hip to sole with a straight leg [m].
+        hip_reach: how far the ankle gets from under the hip, horizontally, with the hip at its standing height [m].
+    """
+
+    name: str
+    path: Path
+    mass: float
+    gravity: float
+    cog_height: float
+    joint_names: tuple[str, ...]
+    joint_range: Array
+    stall_torque: Array
+    no_load_speed: Array
+    stand: Array
+    sole_vertices: Mapping[Side, Array]
+    sole_stance: Mapping[Side, tuple[float, float, float]]
+    body_names: tuple[str, ...]
+    leg_length: float
+    hip_reach: float
+
+    @property
+    def omega(self) -> float:
+        """Natural frequency of the COG-ZMP pendulum, (3) with a constant height [1/s]."""
+        return math.sqrt(self.gravity / self.cog_height)
+
+    @property
+    def stance_width(self) -> float:
+        """Distance between the soles' middles in `stand` [m]."""
+        return abs(self.sole_stance["left"][1] - self.sole_stance["right"][1])
+
+    @property
+    def sole_width(self) -> float:
+        """Extent of a sole sideways [m]."""
+        return float(np.ptp(self.sole_vertices["left"][:, 1]))
+
+
+def robot_path(name: str) -> Path:
+    """Find a robot's file.
+
+    Args:
+        name: a file of `models/` without its ending, or a path to an `.xml` file.
+
+    Raises:
+        InputError: if there is no such robot; names those there are.
+    """
+    shipped = {path.stem: path for path in sorted(MODELS.glob("*.xml"))}
+    if name in shipped:
+        return shipped[name]
+    path = Path(name)
+    if path.suffix == ".xml":
+        if path.is_file():
+            return path.resolve()
+        raise InputError(f"robot: no file {name!r}")
+    near = get_close_matches(name, shipped, n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    raise InputError(f"robot: {name!r} is neither one of {', '.join(shipped)} nor a path to an .xml file{hint}")
+
+
+def load_robot(name: str) -> Robot:
+    """Compile a robot and read its facts.
+
+    Args:
+        name: see `robot_path`.
+
+    Raises:
+        InputError: if the robot is unknown, or its file does not keep the conventions of `models/utmu2.xml`.
+    """
+    path = robot_path(name)
+    try:
+        model = build_arena(path).compile()
+    except ValueError as error:
+        raise InputError(f"{path}: {' '.join(str(error).split())}") from None
+    return read_robot(model, path)
+
+
+def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
+    """Read the facts off a compiled model (robot and floor, as `build_arena` makes it)."""
+    _check_conventions(model, path)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key(STAND).id)
+    mujoco.mj_forward(model, data)
+    trunk = model.body(TRUNK).id
+    joints = [model.joint(i).name for i in range(1, model.njnt)]
+    ground = min(data.site(f"{side}_sole").xpos[2] for side in SIDES)
+    motor = model.actuator_gainprm  # <dcmotor>: resistance, constant, ..., volts at [7]
+    by_joint = [model.actuator_trnid[:, 0].tolist().index(model.joint(name).id) for name in joints]
+    resistance, constant, volts = motor[by_joint, 0], motor[by_joint, 1], motor[by_joint, 7]
+    leg_length, hip_height = _leg(model, data)
+    bent = hip_height - _ankle_height(model, data)
+    straight = leg_length - _ankle_height(model, data)
+    return Robot(
+        name=path.stem,
+        path=path,
+        mass=float(model.body_subtreemass[trunk]),
+        gravity=float(-model.opt.gravity[2]),
+        cog_height=float(data.subtree_com[trunk][2] - ground),
+        joint_names=tuple(joints),
+        joint_range=_frozen(model.jnt_range[1:]),
+        stall_torque=_frozen(np.minimum(constant * volts / resistance, model.actuator_forcerange[by_joint, 1])),
+        no_load_speed=_frozen(volts / constant),
+        stand=_frozen(model.key(STAND).qpos),
+        sole_vertices=MappingProxyType({side: _sole(model, side) for side in SIDES}),
+        sole_stance=MappingProxyType({side: _stance(data, side) for side in SIDES}),
+        body_names=tuple(model.body(i).name for i in range(1, model.nbody)),
+        leg_length=leg_length,
+        hip_reach=math.sqrt(max(straight**2 - bent**2, 0.0)),
+    )
+
+
+def _check_conventions(model: mujoco.MjModel, path: Path) -> None:
+    def has(kind: mujoco.mjtObj, name: str) -> bool:
+        return mujoco.mj_name2id(model, kind, name) >= 0
+
+    wanted = [("joint", mujoco.mjtObj.mjOBJ_JOINT, FREE_JOINT), ("body", mujoco.mjtObj.mjOBJ_BODY, TRUNK)]
+    wanted += [("keyframe", mujoco.mjtObj.mjOBJ_KEY, STAND)]
+    for side in SIDES:
+        wanted += [(kind, code, f"{side}_sole") for kind, code in _SOLE_PARTS]
+    for kind, code, name in wanted:
+        if not has(code, name):
+            raise InputError(f"{path}: the robot has no {kind} named {name!r}; models/utmu2.xml lists the conventions")
+    joints = model.njnt - 1
+    if model.nu != 3 * joints:
+        raise InputError(
+            f"{path}: {model.nu} controls for {joints} joints; every joint needs one actuator with the three inputs"
+            ' "pos vel ff" (position, velocity, feed-forward torque)'
+        )
+
+
+_SOLE_PARTS = (("geom", mujoco.mjtObj.mjOBJ_GEOM), ("site", mujoco.mjtObj.mjOBJ_SITE))
+
+
+def _sole(model: mujoco.MjModel, side: str) -> Array:
+    geom, site = model.geom(f"{side}_sole"), model.site(f"{side}_sole")
+    centre = geom.pos[:2] - site.pos[:2]
+    x, y = geom.size[:2]
+    return _frozen(centre + np.array([[x, -y], [x, y], [-x, y], [-x, -y]]))
+
+
+def _stance(data: mujoco.MjData, side: str) -> tuple[float, float, float]:
+    site = data.site(f"{side}_sole")
+    return float(site.xpos[0]), float(site.xpos[1]), float(math.atan2(site.xmat[3], site.xmat[0]))
+
+
+def _leg_chain(model: mujoco.MjModel) -> list[int]:
+    chain = [int(model.site("left_sole").bodyid[0])]
+    while model.body_parentid[chain[-1]] != model.body(TRUNK).id:
+        chain.append(int(model.body_parentid[chain[-1]]))
+    return chain
+
+
+def _leg(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[float, float]:
+    chain = _leg_chain(model)
+    links = sum(float(np.linalg.norm(model.body_pos[body])) for body in chain[:-1])
+    sole = float(abs(model.site("left_sole").pos[2]))
+    return links + sole, float(data.xpos[chain[-1]][2] - data.site("left_sole").xpos[2])
+
+
+def _ankle_height(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    foot = int(model.site("left_sole").bodyid[0])
+    return float(data.xpos[foot][2] - data.site("left_sole").xpos[2])
+
+
+def _frozen(values: Array) -> Array:
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
