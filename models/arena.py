@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from models.errors import InputError
 
@@ -111,11 +113,21 @@ def _add_lights_and_cameras(spec: mujoco.MjSpec) -> None:
     spec.worldbody.add_light(
         name="sun", pos=[0.6, -0.8, 2.5], dir=[-0.25, 0.3, -1.0], diffuse=[0.5, 0.5, 0.5], castshadow=False
     )
-    for name, position, xyaxes in (
-        ("three_quarter", [0.75, -0.95, 0.50], [0.785, 0.620, 0, -0.175, 0.222, 0.959]),
-        ("side", [0.0, -1.25, 0.30], [1, 0, 0, 0, 0.06, 1]),
-        ("front", [1.25, 0.0, 0.30], [0, 1, 0, -0.06, 0, 1]),
-        ("top", [0.0, 0.0, 1.60], [0, -1, 0, 1, 0, 0]),
+    for name, position, target in (
+        ("three_quarter", (0.75, -0.95, 0.50), (0.0, 0.0, 0.24)),
+        ("side", (0.0, -1.25, 0.30), (0.0, 0.0, 0.26)),
+        ("front", (1.25, 0.0, 0.30), (0.0, 0.0, 0.26)),
+        ("top", (0.0, -1e-6, 1.60), (0.0, 0.0, 0.0)),
     ):
-        camera = spec.worldbody.add_camera(name=name, pos=position, fovy=38)
-        camera.alt.xyaxes = xyaxes
+        spec.worldbody.add_camera(name=name, pos=position, quat=_look_at(position, target), fovy=38)
+
+
+def _look_at(position: tuple[float, ...], target: tuple[float, ...]) -> NDArray[np.float64]:
+    """Orientation (w x y z) of a camera, whose view is along its own -z with y up."""
+    back = np.subtract(position, target)
+    back /= np.linalg.norm(back)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.column_stack([right, np.cross(back, right), back]).ravel())
+    return quaternion
