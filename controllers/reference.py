@@ -59,14 +59,18 @@ class Reference:
         scale = 1.0 + float(np.abs(xi).max())
         if drift.size and drift.max() > _DYNAMICS * scale:
             k = int(drift.max(axis=1).argmax())
-            raise ReferenceViolation(f"the pendulum equation (26) is broken by {drift[k].max():.2g} at tick {k}")
+            raise ReferenceViolation(
+                f"the pendulum equation (26) is broken by {drift[k].max():.2g} at tick {k}"
+            )
         margins = np.empty(len(mu))
         for index, polygon in enumerate(self.supports):
             ticks = support_of == index
             margins[ticks] = polygon.slacks(mu[ticks])
         if self.admissible and len(mu) and margins.min() < -_ZMP:
             k = int(margins.argmin())
-            raise ReferenceViolation(f"the ZMP is {-margins[k]:.3g} m outside its support polygon at tick {k}")
+            raise ReferenceViolation(
+                f"the ZMP is {-margins[k]:.3g} m outside its support polygon at tick {k}"
+            )
         if np.abs(xi[-1, 1::2]).max() > _REST:
             raise ReferenceViolation(f"the COG still moves at the end: {xi[-1, 1::2]} m/s")
         if not self.final.contains(xi[-1, 0::2]):
@@ -74,6 +78,34 @@ class Reference:
         for name, value in (("xi", xi), ("mu", mu), ("support_of", support_of), ("_margins", margins)):
             value.setflags(write=False)
             object.__setattr__(self, name, value)
+
+    @classmethod
+    def least_violated(
+        cls,
+        *,
+        pendulum: Pendulum,
+        xi: np.ndarray,
+        mu: np.ndarray,
+        supports: tuple[SupportPolygon, ...],
+        support_of: np.ndarray,
+        final: SupportPolygon,
+    ) -> Reference:
+        """Reference that may leave the supports; `admissible` tells whether it does not.
+
+        Raises:
+            ReferenceViolation: shapes do not fit, (26) is broken, or the end is not at rest.
+        """
+        reference = cls(
+            pendulum=pendulum,
+            xi=xi,
+            mu=mu,
+            supports=supports,
+            support_of=support_of,
+            final=final,
+            admissible=False,
+        )
+        object.__setattr__(reference, "admissible", bool((reference._margins >= 0.0).all()))
+        return reference
 
     def _check_shapes(self, xi: np.ndarray, mu: np.ndarray, support_of: np.ndarray) -> None:
         m = len(mu)

@@ -30,7 +30,9 @@ class EmptyPolygonError(SupportError):
 def _planar(name: str, value: ArrayLike) -> np.ndarray:
     array = np.array(value, dtype=float)
     if array.ndim != 2 or array.shape[1] != 2 or len(array) < 3 or not np.isfinite(array).all():
-        raise SupportError(f"{name} must be three or more finite points of the plane, got shape {array.shape}")
+        raise SupportError(
+            f"{name} must be three or more finite points of the plane, got shape {array.shape}"
+        )
     array.setflags(write=False)
     return array
 
@@ -146,6 +148,30 @@ class SupportPolygon:
             return SupportPolygon(np.array(_hull(points)))
         except SupportError as error:
             raise EmptyPolygonError(f"nothing is left of the polygon {margin} m inside its edges") from error
+
+    def moved(self, offset: Point) -> SupportPolygon:
+        """The polygon shifted by `offset` (2,) [m]; skips the checks that a shift cannot break."""
+        dx, dy = float(offset[0]), float(offset[1])
+        if not (math.isfinite(dx) and math.isfinite(dy)):
+            raise SupportError(f"a polygon cannot be shifted by {offset!r}")
+        shift = np.array([dx, dy])
+        polygon = object.__new__(SupportPolygon)
+        edges = tuple([(mx, my, v + mx * dx + my * dy) for mx, my, v in self._edges])
+        offsets = np.array([v for _, _, v in edges])
+        vertices, centre = self.vertices + shift, self.centre + shift
+        for array in (offsets, vertices, centre):
+            array.setflags(write=False)
+        values = (
+            vertices,
+            self.M,
+            offsets,
+            centre,
+            edges,
+            tuple([(x + dx, y + dy) for x, y in self._corners]),
+        )
+        for name, value in zip(SupportPolygon.__slots__, values, strict=True):
+            object.__setattr__(polygon, name, value)
+        return polygon
 
     def edge_name(self, i: int) -> str:
         """Human name of edge i by the direction it faces: "front", "left", "rear right", ..."""

@@ -1,0 +1,297 @@
+"""Stepping references planned from the measured state, and the walk of Section IV-C."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from controllers.footholds import StepLimits, nominal_footholds, reach_rows
+from controllers.gait_program import Phase, PlanningError, knot_ticks, solve
+from controllers.pendulum import Pendulum
+from controllers.reference import Reference
+from controllers.support import Foot, Point, SupportPolygon, support_polygon
+from models.robot import Side, other
+
+# Single support decides the plan and is short; the final double support only has to come to rest.
+_STEP_KNOT = 0.025
+_SETTLE_KNOT = 0.050
+# After the last landing the ZMP goes to the landed foot, where a push is stopped farthest out (Koolen's
+# one-step limit), and returns to the middle over the second half.
+_PRESS = 0.5
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class StepPlan:
+    """A stepping reference with the footholds that it stands on.
+
+    Attributes:
+        reference: xi and mu with the true supports; not admissible where slack < 0.
+        slack: smallest ZMP margin over the reference [m]; >= 0 makes xi_0 a member of its tracking sets.
+        footholds: where each step lands.
+        swing: which foot each step moves.
+        landings: tick k at which each step lands: double or the next single support holds from k on.
+        step_time: planned duration of a whole step [s].
+    """
+
+    reference: Reference
+    slack: float
+    footholds: tuple[Foot, ...]
+    swing: tuple[Side, ...]
+    landings: tuple[int, ...]
+    step_time: float
+
+
+def plan_steps(
+    pendulum: Pendulum,
+    x0: np.ndarray,
+    feet: Mapping[Side, Foot],
+    swing: Sequence[Side],
+    step_time: float,
+    limits: StepLimits,
+    *,
+    swing_time_left: float | None = None,
+    swing_position: Point | None = None,
+    zmp_margin: float = 0.005,
+    settle_time: float = 0.6,
+) -> StepPlan:
+    """Plan steps from the state x0 (4,) that keep the ZMP as far inside the supports as they can.
+
+    Steps follow each other without double support; after the last landing the COG comes to rest over the
+    middle of the feet (11).
+
+    Args:
+        pendulum: model and period.
+        x0: measured state, the exact xi_0.
+        feet: both feet on the floor; of a foot in the air only sole and yaw are used if swing_position is given.
+        swing: feet in the order they step; empty to come to rest in the present double support.
+        step_time: duration of a step [s].
+        limits: reach of a foot.
+        swing_time_left: what is left of a first step under way [s]; None for a whole step.
+        swing_position: where the first swing foot is now (2,) [m]; None for its place in `feet`.
+        zmp_margin: margin beyond which more is worth nothing [m].
+        settle_time: double support after the last landing [s].
+
+    Raises:
+        PlanningError: the arguments do not fit, or no footholds are within reach.
+    """
+    x0 = np.array(x0, dtype=float)
+    swing = tuple(swing)
+    first = step_time if swing_time_left is None else max(swing_time_left, 0.0)
+    if x0.shape != (4,) or not all(map(math.isfinite, (*x0, step_time, first, zmp_margin, settle_time))):
+        raise PlanningError(f"a plan needs a finite state (4,) and finite times, got {x0!r}")
+    if min(step_time, settle_time) < pendulum.dt or any(a == b for a, b in itertools.pairwise(swing)):
+        raise PlanningError(f"steps must alternate and times reach one period, got {swing}, {step_time} s")
+
+    dt = pendulum.dt
+    settle = max(1, round(settle_time / dt))
+    settle_knots = knot_ticks(settle, max(1, round(_SETTLE_KNOT / dt)))
+    if not swing:
+        return _settle(pendulum, x0, feet, settle_knots, step_time, zmp_margin)
+
+    ticks = [max(1, round(t / dt)) for t in (first, *[step_time] * (len(swing) - 1))]
+    start = feet[swing[0]].position if swing_position is None else np.array(swing_position, dtype=float)
+    soles = {side: support_polygon([foot.moved((0.0, 0.0))]) for side, foot in feet.items()}
+    stances: tuple[Side, ...] = tuple(other(side) for side in swing)
+    standing = feet[stances[0]].position
+    phases = []
+    for i, side in enumerate(stances):
+        # Step i stands on foothold i - 1; the first on the foot that is on the floor now.
+        share = np.zeros(len(swing))
+        share[i - 1 : i] = 1.0
+        sole = soles[side]
+        phases.append(
+            Phase(
+                ticks=knot_ticks(ticks[i], max(1, round(_STEP_KNOT / dt))),
+                M=sole.M,
+                h=sole.v,
+                base=standing if i == 0 else np.zeros(2),
+                share=share,
+                middle=sole.centre,
+            )
+        )
+    end = np.zeros(len(swing))
+    end[-2:] = 0.5
+    fixed = standing if len(swing) == 1 else np.zeros(2)
+    phases.append(_double_support(settle_knots, soles[stances[-1]], soles[swing[-1]], fixed, len(swing)))
+    solution = solve(
+        pendulum,
+        x0,
+        phases,
+        end_base=0.5 * fixed,
+        end_share=end,
+        nominal=nominal_footholds(pendulum, x0, feet, swing, ticks, soles, limits),
+        reach=reach_rows(feet, swing, ticks, start, dt, limits),
+        zmp_margin=zmp_margin,
+    )
+
+    footholds = tuple(feet[side].moved(p) for side, p in zip(swing, solution.footholds, strict=True))
+    places = [standing, *solution.footholds]
+    supports = [soles[side].moved(place) for side, place in zip(stances, places, strict=False)]
+    final = support_polygon([feet[stances[0]] if len(swing) == 1 else footholds[-2], footholds[-1]])
+    reference = Reference.least_violated(
+        pendulum=pendulum,
+        xi=solution.xi,
+        mu=solution.mu,
+        supports=(*supports, final),
+        support_of=np.repeat(np.arange(len(swing) + 1), [*ticks, settle]),
+        final=final,
+    )
+    return StepPlan(
+        reference=reference,
+        slack=float(reference.margins().min()),
+        footholds=footholds,
+        swing=swing,
+        landings=tuple(int(k) for k in np.cumsum(ticks)),
+        step_time=step_time,
+    )
+
+
+def _settle(
+    pendulum: Pendulum,
+    x0: np.ndarray,
+    feet: Mapping[Side, Foot],
+    knots: tuple[int, ...],
+    step_time: float,
+    zmp_margin: float,
+) -> StepPlan:
+    hull = support_polygon([feet["left"], feet["right"]])
+    middle = 0.5 * (feet["left"].position + feet["right"].position)
+    none = np.zeros((0, 2))
+    phase = Phase(ticks=knots, M=hull.M, h=hull.v, base=np.zeros(2), share=np.zeros(0), middle=middle)
+    solution = solve(
+        pendulum,
+        x0,
+        [phase],
+        end_base=middle,
+        end_share=np.zeros(0),
+        nominal=none,
+        reach=None,
+        zmp_margin=zmp_margin,
+    )
+    reference = Reference.least_violated(
+        pendulum=pendulum,
+        xi=solution.xi,
+        mu=solution.mu,
+        supports=(hull,),
+        support_of=np.zeros(len(solution.mu), dtype=np.intp),
+        final=hull,
+    )
+    slack = float(reference.margins().min())
+    return StepPlan(
+        reference=reference, slack=slack, footholds=(), swing=(), landings=(), step_time=step_time
+    )
+
+
+def _double_support(
+    knots: tuple[int, ...], old: SupportPolygon, new: SupportPolygon, fixed: np.ndarray, steps: int
+) -> Phase:
+    """Minkowski combination (1 - alpha) old + alpha new: inside the hull, and affine in the footholds."""
+    middles = (np.cumsum(knots) - 0.5 * np.array(knots)) / sum(knots)
+    alpha = 1.0 - 0.5 * np.clip((middles - _PRESS) / (1.0 - _PRESS), 0.0, 1.0)
+    same = old.M.shape == new.M.shape and np.abs(old.M - new.M).max() < 1e-9
+    normals = old.M if same else np.vstack([old.M, new.M])
+    widths = [np.max(polygon.vertices @ normals.T, axis=0) for polygon in (old, new)]
+    share = np.zeros((len(knots), steps))
+    share[:, -1] = alpha
+    if steps > 1:
+        share[:, -2] = 1.0 - alpha
+    column = alpha[:, None]
+    return Phase(
+        ticks=knots,
+        M=normals,
+        h=(1.0 - column) * widths[0] + column * widths[1],
+        base=(1.0 - column) * fixed,
+        share=share,
+        middle=(1.0 - column) * old.centre + column * new.centre,
+    )
+
+
+def walk_reference(
+    pendulum: Pendulum,
+    feet: Mapping[Side, Foot],
+    stride: float = 0.1,
+    steps: int = 4,
+    step_time: float = 0.5,
+    *,
+    double_support: float = 0.1,
+    first: Side = "right",
+    zmp_margin: float = 0.005,
+) -> Reference:
+    """Walk straight ahead from rest to rest (Section IV-C); the last step closes the feet.
+
+    Each step of `step_time` begins and ends with `double_support`, so a step from rest can shift the COG
+    before it lifts a foot.
+
+    Args:
+        pendulum: model and period.
+        feet: both feet, on the floor; the COG starts over their middle.
+        stride: distance of a foothold ahead of the stance foot along its heading [m].
+        steps: number of steps, at least one.
+        step_time: from the middle of one double support to the middle of the next [s].
+        double_support: double support at each end of a step [s].
+        first: the foot that steps first.
+        zmp_margin: margin to every support edge that is aimed at [m].
+
+    Raises:
+        PlanningError: the times do not fit, or no motion keeps the ZMP inside.
+    """
+    dt = pendulum.dt
+    double, single = round(double_support / dt), round((step_time - 2.0 * double_support) / dt)
+    if steps < 1 or double < 1 or single < 1:
+        raise PlanningError(
+            f"a walk needs steps with both single and double support, got {steps} of {step_time} s"
+        )
+    knot = max(1, round(_STEP_KNOT / dt))
+    down = dict(feet)
+    middle = 0.5 * (feet["left"].position + feet["right"].position)
+    x0, rests = pendulum.rest(middle), middle
+    phases, supports, lasts = [], [], []
+
+    def hold(on: Sequence[Foot], ticks: int, rest: np.ndarray, goal: np.ndarray) -> None:
+        polygon, knots = support_polygon(on), knot_ticks(ticks, knot)
+        progress = ((np.cumsum(knots) - 0.5 * np.array(knots)) / ticks)[:, None]
+        nowhere, nothing = np.zeros(2), np.zeros(0)
+        target = rest + progress * (goal - rest)
+        phases.append(
+            Phase(ticks=knots, M=polygon.M, h=polygon.v, base=nowhere, share=nothing, middle=target)
+        )
+        supports.append(polygon)
+        lasts.append(ticks)
+
+    side = first
+    for step in range(steps):
+        stance = down[other(side)]
+        hold(list(down.values()), double, rests, stance.position)
+        hold([stance], single, stance.position, stance.position)
+        heading = np.array([math.cos(stance.yaw), math.sin(stance.yaw)])
+        # A foothold lies beside the stance foot, as far as at the start, and one stride ahead but for the last.
+        beside = feet[side].position - feet[other(side)].position
+        ahead = (0.0 if step == steps - 1 else stride) - beside @ heading
+        down[side] = down[side].moved(stance.position + beside + ahead * heading)
+        goal = 0.5 * (down["left"].position + down["right"].position)
+        hold(list(down.values()), double, stance.position, goal)
+        side, rests = other(side), goal
+    solution = solve(
+        pendulum,
+        x0,
+        phases,
+        end_base=rests,
+        end_share=np.zeros(0),
+        nominal=np.zeros((0, 2)),
+        reach=None,
+        zmp_margin=zmp_margin,
+    )
+    if solution.margin < 0.0:
+        raise PlanningError(f"the walk leaves its supports by {-solution.margin:.3g} m at best")
+    return Reference(
+        pendulum=pendulum,
+        xi=solution.xi,
+        mu=solution.mu,
+        supports=tuple(supports),
+        support_of=np.repeat(np.arange(len(lasts)), lasts),
+        final=supports[-1],
+    )
