@@ -42,6 +42,7 @@ class Robot:
         gravity: g [m/s^2].
         cog_height: height of the COG above the soles in the keyframe `stand` [m].
         joint_names: the actuated joints, in the order of the configuration vector.
+        leg_joints: those of them that lie between the trunk and a sole.
         joint_range: (n, 2) lower and upper limit of each [rad].
         stall_torque: (n,) torque at standstill [N m].
         no_load_speed: (n,) speed at which the motor has no torque left [rad/s].
@@ -59,6 +60,7 @@ class Robot:
     gravity: float
     cog_height: float
     joint_names: tuple[str, ...]
+    leg_joints: frozenset[str]
     joint_range: Array
     stall_torque: Array
     no_load_speed: Array
@@ -137,6 +139,7 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
     by_joint = [model.actuator_trnid[:, 0].tolist().index(model.joint(name).id) for name in joints]
     resistance, constant, volts = motor[by_joint, 0], motor[by_joint, 1], motor[by_joint, 7]
     leg_length, hip_height = _leg(model, data)
+    legs = {body for side in SIDES for body in _leg_chain(model, side)}
     bent = hip_height - _ankle_height(model, data)
     straight = leg_length - _ankle_height(model, data)
     return Robot(
@@ -146,6 +149,7 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
         gravity=float(-model.opt.gravity[2]),
         cog_height=float(data.subtree_com[trunk][2] - ground),
         joint_names=tuple(joints),
+        leg_joints=frozenset(joints[i - 1] for i in range(1, model.njnt) if model.jnt_bodyid[i] in legs),
         joint_range=_frozen(model.jnt_range[1:]),
         stall_torque=_frozen(np.minimum(constant * volts / resistance, model.actuator_forcerange[by_joint, 1])),
         no_load_speed=_frozen(volts / constant),
@@ -192,15 +196,17 @@ def _stance(data: mujoco.MjData, side: str) -> tuple[float, float, float]:
     return float(site.xpos[0]), float(site.xpos[1]), float(math.atan2(site.xmat[3], site.xmat[0]))
 
 
-def _leg_chain(model: mujoco.MjModel) -> list[int]:
-    chain = [int(model.site("left_sole").bodyid[0])]
+def _leg_chain(model: mujoco.MjModel, side: str) -> list[int]:
+    """Bodies from the foot up to the hip, without the trunk."""
+    chain = [int(model.site(f"{side}_sole").bodyid[0])]
     while model.body_parentid[chain[-1]] != model.body(TRUNK).id:
         chain.append(int(model.body_parentid[chain[-1]]))
     return chain
 
 
 def _leg(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[float, float]:
-    chain = _leg_chain(model)
+    """Length of a straight leg down to the sole, and the hip's height now [m]."""
+    chain = _leg_chain(model, "left")
     links = sum(float(np.linalg.norm(model.body_pos[body])) for body in chain[:-1])
     sole = float(abs(model.site("left_sole").pos[2]))
     return links + sole, float(data.xpos[chain[-1]][2] - data.site("left_sole").xpos[2])

@@ -1,0 +1,152 @@
+"""What flows between the stages: one small frozen value an arrow.
+
+    world -> Observation -> supervisor -> Decision, BalanceCommand -> whole body -> JointTargets -> world
+
+Lengths in metres, world frame (x forward, y left, z up), SI units throughout.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.robot import Side
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FootState:
+    """Where a sole is and what it carries.
+
+    Attributes:
+        position: (3,) middle of the sole's lower face [m].
+        yaw: heading of the sole [rad].
+        force: normal force from the floor [N]; 0 in the air.
+    """
+
+    position: Array
+    yaw: float
+    force: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Observation:
+    """What the controllers see at the start of a control tick.
+
+    Attributes:
+        time: [s].
+        cog: (3,) centre of gravity [m].
+        cog_velocity: (3,) [m/s].
+        zmp: (2,) measured ZMP [m]; NaN without floor contact.
+        feet: state of either foot.
+        configuration: (7 + n,) base position [m], base quaternion (w x y z), joint angles [rad];
+            empty in the pendulum world.
+        velocity: (6 + n,) base linear velocity in the world [m/s], base angular velocity in the base [rad/s],
+            joint velocities [rad/s]; empty in the pendulum world.
+    """
+
+    time: float
+    cog: Array
+    cog_velocity: Array
+    zmp: Array
+    feet: dict[Side, FootState]
+    configuration: Array
+    velocity: Array
+
+    def balance_state(self) -> Array:
+        """State x = [x_G, xd_G, y_G, yd_G] of the pendulum, (4)."""
+        return np.array([self.cog[0], self.cog_velocity[0], self.cog[1], self.cog_velocity[1]])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FootReference:
+    """What a foot should do.
+
+    Attributes:
+        stance: True if the foot is to carry weight; then the rest is ignored but for `yaw`.
+        position, velocity, acceleration: (3,) of the sole's middle [m, m/s, m/s^2].
+        yaw: [rad].
+    """
+
+    stance: bool
+    position: Array
+    velocity: Array
+    acceleration: Array
+    yaw: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BalanceCommand:
+    """What the balance controllers ask of the body.
+
+    Attributes:
+        zmp: (2,) ZMP command u, (5) [m].
+        feet: reference of either foot.
+    """
+
+    zmp: Array
+    feet: dict[Side, FootReference]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointTargets:
+    """What the servos get: (n,) position [rad], velocity [rad/s], feed-forward torque [N m].
+
+    `solver_failed` says that the whole-body solver found no answer in this tick and the last torque was kept.
+    """
+
+    position: Array
+    velocity: Array
+    torque: Array
+    solver_failed: bool = False
+
+
+class Controller(Enum):
+    """Who is in charge; the value is the code in the trace."""
+
+    REGULATOR = 0
+    TRACKER = 1
+    STATUE = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Candidate:
+    """A tracker that was considered: its name, and the signed slack of its set in metres of ZMP."""
+
+    name: str
+    slack: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision:
+    """A choice of the supervisor and its grounds; recorded whenever the controller or its plan changes.
+
+    Attributes:
+        time: [s].
+        controller: who is in charge from now on.
+        reason: why, in words.
+        regulator_slack: signed slack of the regulator's set [m of ZMP].
+        tracking_slack: signed slack of the chosen (or present) tracking set [m of ZMP]; NaN if none was asked.
+        in_regulator_set, in_tracking_set: membership of the state.
+        outside_all: no set contained the state, the least violated was taken.
+        candidates: the trackers that were considered.
+        plan: name of the tracker's plan; empty for the regulator.
+        tight: the constraint that is nearest to being violated, in words.
+    """
+
+    time: float
+    controller: Controller
+    reason: str
+    regulator_slack: float
+    tracking_slack: float = math.nan
+    in_regulator_set: bool = False
+    in_tracking_set: bool = False
+    outside_all: bool = False
+    candidates: tuple[Candidate, ...] = field(default=())
+    plan: str = ""
+    tight: str = ""

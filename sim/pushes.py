@@ -1,0 +1,75 @@
+"""The wrench schedule of a scenario: which force acts on which body in which physics step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.push import Push
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScheduledPush:
+    """A push cut into physics steps.
+
+    Attributes:
+        push: what was asked.
+        first: the first physics step it acts in.
+        forces: (n, 3) force held in each step, world frame [N].
+    """
+
+    push: Push
+    first: int
+    forces: Array
+
+    @property
+    def beyond(self) -> int:
+        """The first physics step after it."""
+        return self.first + len(self.forces)
+
+
+def schedule(pushes: Sequence[Push], dt: float, mass: float) -> tuple[ScheduledPush, ...]:
+    """Cut pushes into physics steps of `dt` [s], for a robot of `mass` [kg]."""
+    cut = []
+    for push in pushes:
+        first, forces = push.force_samples(dt, mass)
+        forces.setflags(write=False)
+        cut.append(ScheduledPush(push=push, first=first, forces=forces))
+    return tuple(cut)
+
+
+@dataclass
+class PushLedger:
+    """Walks through a schedule with the physics and keeps account of what was really delivered.
+
+    Attributes:
+        delivered: (n_pushes, 3) impulse so far [N s], summed from the forces that the physics was given.
+    """
+
+    scheduled: tuple[ScheduledPush, ...]
+    dt: float
+    delivered: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.delivered = np.zeros((len(self.scheduled), 3))
+
+    def active(self, first: int, beyond: int) -> int | None:
+        """Index of the push that acts in any of the physics steps [first, beyond), or None."""
+        for index, push in enumerate(self.scheduled):
+            if push.first < beyond and first < push.beyond:
+                return index
+        return None
+
+    def force(self, index: int, step: int) -> Array | None:
+        """(3,) force of a push in a physics step [N]; None outside of it."""
+        push = self.scheduled[index]
+        return push.forces[step - push.first] if push.first <= step < push.beyond else None
+
+    def book(self, index: int, force: Array) -> None:
+        """Account for a force that the physics held for one step."""
+        self.delivered[index] += force * self.dt

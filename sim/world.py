@@ -1,0 +1,196 @@
+"""The humanoid in MuJoCo: servos, pushes with their delivered impulse, and what the controllers get to see."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+from dm_control import mujoco as dm_mujoco
+from dm_control.mujoco import wrapper
+from numpy.typing import NDArray
+
+from controllers.signals import FootState, JointTargets, Observation
+from models.arena import FLOOR, SIDES, build_arena
+from models.robot import STAND, TRUNK, Robot, Side
+from scenarios.schema import Scenario
+from sim.pushes import PushLedger, schedule
+
+Array = NDArray[np.float64]
+
+
+class PushedPhysics(dm_mujoco.Physics):
+    """dm_control's physics with a schedule of pushes that act through `xfrc_applied`.
+
+    `legacy_step` (dm_control's default) keeps positions and velocities up to date after each step, so that an
+    observation is of the present and not of one physics step ago.
+    """
+
+    ledger: PushLedger
+    steps_done: int
+    bodies: list[int]
+
+    def plan_pushes(self, ledger: PushLedger) -> None:
+        """Take a schedule of pushes, from physics step 0 on."""
+        self.ledger = ledger
+        self.steps_done = 0
+        self.bodies = [self.model.body(push.push.body).id for push in ledger.scheduled]
+
+    def step(self, nstep: int = 1) -> None:
+        """Advance by `nstep` physics steps, each with the force of the push that acts in it."""
+        index = self.ledger.active(self.steps_done, self.steps_done + nstep)
+        if index is None:
+            super().step(nstep)
+            self.steps_done += nstep
+            return
+        for _ in range(nstep):
+            force = self.ledger.force(index, self.steps_done)
+            if force is not None:
+                self._apply(index, force)
+            super().step(1)
+            self.steps_done += 1
+            self.data.ptr.xfrc_applied[self.bodies[index]] = 0.0
+
+    def push_point(self, index: int) -> Array:
+        """(3,) where a push acts now, world frame [m]."""
+        data, body, point = self.data.ptr, self.bodies[index], self.ledger.scheduled[index].push.point
+        if point is None:
+            return data.xipos[body].copy()
+        return data.xpos[body] + data.xmat[body].reshape(3, 3) @ np.array(point)
+
+    def _apply(self, index: int, force: Array) -> None:
+        data, body = self.data.ptr, self.bodies[index]
+        wrench = data.xfrc_applied[body]
+        wrench[:3] = force
+        if self.ledger.scheduled[index].push.point is not None:
+            wrench[3:] = np.cross(self.push_point(index) - data.xipos[body], force)
+        self.ledger.book(index, wrench[:3])
+
+
+class HumanoidWorld:
+    """The whole body on the floor.
+
+    Attributes:
+        physics: the simulation; also what the dm_env environment is built on.
+        robot: its facts.
+        substeps: physics steps in a control period.
+    """
+
+    def __init__(self, scenario: Scenario, robot: Robot) -> None:
+        """Compile the scene.
+
+        Args:
+            scenario: gives the periods, the pushes and the seeded variation.
+            robot: facts of the robot that the scenario names.
+        """
+        self.robot = robot
+        self.substeps = scenario.timing.substeps
+        self._scenario = scenario
+        self._dt = scenario.timing.control
+        model = build_arena(robot.path, timestep=scenario.timing.physics).compile()
+        self.physics: PushedPhysics = PushedPhysics.from_model(wrapper.MjModel(model))
+        self._model, self._data = self.physics.model.ptr, self.physics.data.ptr
+        self._trunk = model.body(TRUNK).id
+        self._site: dict[Side, int] = {side: model.site(f"{side}_sole").id for side in SIDES}
+        self._sole_at: dict[Side, int] = {side: int(model.sensor(f"{side}_sole").adr[0]) for side in SIDES}
+        self._servo = _servo_columns(model)
+        self._foreign = _foreign_contacts(model)
+        self.ticks = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Put the robot into its stand, varied by the scenario's seed, with the servos holding it."""
+        ledger = PushLedger(schedule(self._scenario.pushes, self._scenario.timing.physics, self.robot.mass),
+                            self._scenario.timing.physics)
+        self.physics.plan_pushes(ledger)
+        model, data = self._model, self._data
+        mujoco.mj_resetDataKeyframe(model, data, model.key(STAND).id)
+        rng = np.random.default_rng(self._scenario.seed)
+        offset = rng.normal(0.0, self._scenario.variation.pose, len(self.robot.joint_names))
+        low, high = self.robot.joint_range.T
+        data.qpos[7:] = np.clip(data.qpos[7:] + offset, low, high)
+        mujoco.mj_forward(model, data)
+        # The varied legs must neither hover nor sink: the lower sole touches the floor.
+        data.qpos[2] -= min(float(data.site_xpos[site][2]) for site in self._site.values())
+        controls = np.zeros((len(self.robot.joint_names), 3))
+        controls[:, 0] = data.qpos[7:]
+        data.ctrl[self._servo] = controls
+        mujoco.mj_forward(model, data)
+        self.ticks = 0
+
+    @property
+    def time(self) -> float:
+        """Time at the start of the present control tick [s]."""
+        return self.ticks * self._dt
+
+    def observe(self) -> Observation:
+        """What the controllers see now; arrays are copies."""
+        data = self._data
+        force, zmp, feet = 0.0, [0.0, 0.0], {}
+        for side, site in self._site.items():
+            at = self._sole_at[side]
+            found, _, _, _, _, _, _, px, py, _ = data.sensordata[at : at + 10].tolist()
+            normal = self._normal_force(at) if found else 0.0
+            force += normal
+            zmp[0] += normal * px
+            zmp[1] += normal * py
+            matrix = data.site_xmat[site]
+            feet[side] = FootState(
+                position=data.site_xpos[site].copy(), yaw=math.atan2(matrix[3], matrix[0]), force=normal
+            )
+        return Observation(
+            time=self.time,
+            cog=data.subtree_com[self._trunk].copy(),
+            cog_velocity=data.subtree_linvel[self._trunk].copy(),
+            zmp=np.array([zmp[0] / force, zmp[1] / force]) if force > 1e-6 else np.full(2, math.nan),
+            feet=feet,
+            configuration=data.qpos.copy(),
+            velocity=data.qvel.copy(),
+        )
+
+    def apply(self, targets: JointTargets) -> None:
+        """Give the servos their targets and run one control period."""
+        controls = np.column_stack([targets.position, targets.velocity, targets.torque])
+        self._data.ctrl[self._servo] = controls
+        self.physics.step(self.substeps)
+        self.ticks += 1
+
+    def trunk_tilt(self) -> float:
+        """Angle between the trunk's z axis and the vertical [rad]."""
+        return math.acos(min(1.0, max(-1.0, float(self._data.xmat[self._trunk][8]))))
+
+    def other_contact(self) -> bool:
+        """Whether anything but a sole touches the floor."""
+        geoms = self._data.contact.geom
+        return bool(self._foreign[geoms[:, 0], geoms[:, 1]].any()) if len(geoms) else False
+
+    def motor_use(self) -> tuple[float, float, int]:
+        """Peak |torque| / stall torque, peak |speed| / no-load speed, and how many motors give all they can."""
+        robot = self.robot
+        torque = self._data.actuator_force
+        share = np.abs(self._data.qvel[6:]) / robot.no_load_speed
+        effort = np.abs(torque) / robot.stall_torque
+        driving = torque * self._data.qvel[6:] > 0.0
+        line = np.where(driving, 1.0 - share, 1.0)
+        return float(effort.max()), float(share.max()), int(np.count_nonzero(effort >= np.maximum(line, 0.0) - 1e-3))
+
+    def _normal_force(self, at: int) -> float:
+        # The sensor's force is what the sole gives to the floor along the contact frame, whose first axis it is.
+        return abs(float(self._data.sensordata[at + 3]))
+
+
+def _servo_columns(model: mujoco.MjModel) -> NDArray[np.intp]:
+    """(n_joints, 3) index of the position, velocity and torque control of each joint, in the robot's joint order."""
+    by_joint = {int(joint): i for i, joint in enumerate(model.actuator_trnid[:, 0])}
+    first = [int(model.actuator_ctrladr[by_joint[joint]]) for joint in range(1, model.njnt)]
+    return np.array([[adr, adr + 1, adr + 2] for adr in first])
+
+
+def _foreign_contacts(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """(n_geoms, n_geoms) True where two geoms are the floor and something that is not a sole."""
+    floor = model.geom(FLOOR).id
+    others = np.ones(model.ngeom, dtype=bool)
+    others[[floor, *(model.geom(f"{side}_sole").id for side in SIDES)]] = False
+    table = np.zeros((model.ngeom, model.ngeom), dtype=bool)
+    table[floor, others] = table[others, floor] = True
+    return table
