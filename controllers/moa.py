@@ -1,0 +1,240 @@
+"""Maximal output admissible (MOA) set of the COG regulator: Section III, (18)-(24).
+
+When both axes share one gain, the row of edge j at sample i sees only the component of the state along its
+normal, and the polygon bounds the ZMP along that normal from both sides. The set {lower <= ZMP <= upper}, two
+states instead of four, therefore tells when the rows of edge j cease to cut. Dropping the later ones is exact:
+at the first sample whose rows are left out, they follow from the samples before, and so on by induction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from controllers.gains import Gain
+from controllers.gilbert_tan import MoaError, cutting
+from controllers.pendulum import Pendulum
+from controllers.polytope import Polytope
+from controllers.support import SupportPolygon
+
+
+class CentreOutsideError(MoaError):
+    """The regulator would rest with the ZMP on or beyond an edge: its set has no inside."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class MoaSet:
+    """O_inf = {x : S xbar <= a}, xbar = x - x_C: from here the regulator keeps the ZMP inside for ever (21).
+
+    Row r stands for edge `edge[r]` of the polygon at sample `sample[r]`, and is M(-F Atilde^i) unnormalised,
+    so that its slack is the distance [m] of that ZMP from that edge. Bounds of the state, if there are any,
+    have the edge numbers after those of the polygon, in the order +x, -x, +xd, -xd, +y, -y, +yd, -yd;
+    velocities are divided by omega, so that theirs are metres too.
+
+    Attributes:
+        pendulum: model and period.
+        gain: feedback of (18).
+        polygon: support polygon, world frame.
+        centre: (2,) point u_C that the regulator holds [m].
+        bounds: (position [m], velocity [m/s]) allowed about the centre, or None.
+        polytope: S (r, 4) and a (r,) of (23), (24), in xbar.
+        sample: (r,) ascending.
+        edge: (r,).
+        bounded: whether the set is bounded. That of a DCM gain is not: only the DCM is limited.
+    """
+
+    pendulum: Pendulum
+    gain: Gain
+    polygon: SupportPolygon
+    centre: np.ndarray
+    bounds: tuple[float, float] | None
+    polytope: Polytope
+    sample: np.ndarray
+    edge: np.ndarray
+    bounded: bool
+    _S: np.ndarray = field(init=False, repr=False)
+    _a: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        for value in (self.centre, self.sample, self.edge):
+            value.setflags(write=False)
+        object.__setattr__(self, "_S", self.polytope.S)
+        object.__setattr__(self, "_a", self.polytope.a + self.polytope.S @ self.x_C)
+
+    @property
+    def S(self) -> np.ndarray:
+        """(r, 4) rows of (23) [m of ZMP a m, a m/s]."""
+        return self.polytope.S
+
+    @property
+    def a(self) -> np.ndarray:
+        """(r,) right sides of (24) [m]."""
+        return self.polytope.a
+
+    @property
+    def x_C(self) -> np.ndarray:
+        """(4,) state at rest over the centre."""
+        return self.pendulum.rest(self.centre)
+
+    @property
+    def t_star(self) -> int:
+        """Last sample that a row looks at: n of (23)."""
+        return int(self.sample[-1])
+
+    def slack(self, x: ArrayLike) -> float:
+        """Slack [m of ZMP] of the tightest row at state x (4,); negative outside the set, NaN for NaN."""
+        # dot and reduce instead of @ and min: half the time on one state, and every tick asks.
+        return float(np.minimum.reduce(self._a - self._S.dot(x)))
+
+    def slacks(self, x: ArrayLike) -> np.ndarray:
+        """`slack` of each state of x (..., 4), as (...,)."""
+        return self.polytope.slack(np.asarray(x, dtype=float) - self.x_C)
+
+    def contains(self, x: ArrayLike) -> bool:
+        """Whether state x (4,) is in the closed set; False for NaN."""
+        return self.slack(x) >= 0.0
+
+    def tight(self, x: ArrayLike) -> tuple[int, int]:
+        """(sample, edge) of the row with the least slack at state x (4,)."""
+        row = int(np.argmin(self._a - self._S @ x))
+        return int(self.sample[row]), int(self.edge[row])
+
+    def in_world(self) -> Polytope:
+        """The set in x instead of xbar."""
+        return Polytope(S=self._S, a=self._a)
+
+    def violation(self, x: ArrayLike) -> tuple[int, int, float] | None:
+        """First sample at which the regulator started at x (4,) breaks a constraint.
+
+        Returns:
+            (sample, edge, distance beyond it [m]), or None for a state of the set.
+        """
+        C, d = _outputs(self.pendulum, self.gain, self.polygon, self.centre, self.bounds)
+        loop = self.gain.closed_loop(self.pendulum)
+        xbar = np.asarray(x, dtype=float) - self.x_C
+        for i in range(self.t_star + 1):
+            slack = d - C @ xbar
+            edge = int(slack.argmin())
+            if slack[edge] < 0.0:
+                return i, edge, -float(slack[edge])
+            xbar = loop @ xbar
+        return None
+
+    def edge_name(self, edge: int) -> str:
+        """Words for an edge or a bound of the state."""
+        q = len(self.polygon.v)
+        if edge < q:
+            return f"the {self.polygon.edge_name(edge)} edge"
+        return f"the {('x', 'xd', 'y', 'yd')[(edge - q) // 2]} bound"
+
+    def explain(self, x: ArrayLike, delay: float = 0.0) -> str:
+        """One sentence: where and when the regulator started at x (4,), `delay` [s] from now, would fail."""
+        return sentence(self, self.violation(x), self.tight(x), self.slack(x), delay)
+
+
+def sentence(
+    at: MoaSet, violation: tuple[int, int, float] | None, tight: tuple[int, int], slack: float, delay: float
+) -> str:
+    """What `MoaSet.explain` says, from the numbers behind it."""
+    i, edge = tight if violation is None else violation[:2]
+    seconds = delay + i * at.pendulum.dt
+    when = f"{seconds:.2f} s from now" if seconds > 0.0 else "now"
+    what = "ZMP" if edge < len(at.polygon.v) else "state"
+    if violation is None:
+        return f"the {what} stays inside, tightest at {at.edge_name(edge)} ({1e3 * slack:.1f} mm) {when}"
+    return f"the {what} would leave through {at.edge_name(edge)} {when} ({1e3 * violation[2]:.1f} mm beyond)"
+
+
+def regulator_set(
+    pendulum: Pendulum,
+    gain: Gain,
+    polygon: SupportPolygon,
+    centre: ArrayLike | None = None,
+    bounds: tuple[float, float] | None = None,
+    max_samples: int = 10_000,
+) -> MoaSet:
+    """MOA set (21)-(24) of the regulator (18) on a constant support polygon.
+
+    Args:
+        pendulum: model and period.
+        gain: feedback; DCM gains are done in closed form (t* = 0).
+        polygon: support polygon, world frame.
+        centre: (2,) point u_C to hold [m]; the centroid of the polygon if None.
+        bounds: (position [m], velocity [m/s]) that |xbar| must not exceed either; makes every set bounded.
+        max_samples: where to give up.
+
+    Raises:
+        UnstableGainError: the closed loop does not converge.
+        UnobservableGainError: the ZMP does not show the whole state, and there are no bounds.
+        CentreOutsideError: the centre is not inside the polygon.
+        NotDeterminedError: the recursion reached max_samples.
+        MoaError: the bounds are not two positive numbers.
+    """
+    centre = np.array(polygon.centre if centre is None else centre, dtype=float)
+    if bounds is not None and not all(np.isfinite(b) and b > 0.0 for b in bounds):
+        raise MoaError(f"bounds must be a positive position [m] and velocity [m/s], got {bounds!r}")
+    C, d = _outputs(pendulum, gain, polygon, centre, bounds)
+    if not d.min() > 0.0:
+        raise CentreOutsideError(
+            f"centre {centre.tolist()} m is {-d.min():.3g} m beyond the "
+            f"{polygon.edge_name(int(d.argmin()))} edge of the polygon: choose one strictly inside"
+        )
+    q = len(d)
+    ratio = gain.dcm_ratio(pendulum)
+    if ratio is not None and bounds is None:
+        S, a = C, d
+        sample, edge = np.zeros(q, dtype=np.intp), np.arange(q)
+    else:
+        gain.require_stable(pendulum)
+        loop = gain.closed_loop_axis(pendulum)
+        if bounds is None and loop is not None and gain.axis is not None:
+            last, along = _along_normals(gain, loop, polygon, centre, d, max_samples)
+            stack = (polygon.M[None, :, :, None] * along[:, None, None, :]).reshape(len(along), q, 4)
+            keep = np.arange(len(along))[:, None] <= last
+        else:
+            keep, stack = cutting(C, d, gain.closed_loop(pendulum), gain.name, max_samples)
+        sample, edge = np.nonzero(keep)
+        S, a = stack[keep], d[edge]
+    bounded = ratio is None or bounds is not None
+    return MoaSet(
+        pendulum=pendulum, gain=gain, polygon=polygon, centre=centre, bounds=bounds,
+        polytope=Polytope(S=S, a=a), sample=sample, edge=edge, bounded=bounded,
+    )  # fmt: skip
+
+
+def _outputs(
+    pendulum: Pendulum,
+    gain: Gain,
+    polygon: SupportPolygon,
+    centre: np.ndarray,
+    bounds: tuple[float, float] | None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Constraints C xbar <= d of one sample: the ZMP by (16)-(18), then the bounds of the state."""
+    C, d = -polygon.M @ gain.F, polygon.v - polygon.M @ centre
+    if bounds is None:
+        return C, d
+    unit = np.diag([1.0, 1.0 / pendulum.omega, 1.0, 1.0 / pendulum.omega])
+    limit = np.array([bounds[0], bounds[1] / pendulum.omega])
+    signed = np.stack((unit, -unit), axis=1).reshape(8, 4)
+    return np.vstack((C, signed)), np.concatenate((d, np.tile(np.repeat(limit, 2), 2)))
+
+
+def _along_normals(
+    gain: Gain, loop: np.ndarray, polygon: SupportPolygon, centre: np.ndarray, d: np.ndarray, max_samples: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Last sample (q,) at which each edge's row can cut, and the rows -f atilde^i (t* + 1, 2)."""
+    assert gain.axis is not None
+    lower = (polygon.M @ (polygon.vertices - centre).T).min(axis=1)
+    # The last sample depends on d and lower by their ratio only; parallel edges of equal feet share it.
+    ratios, which = np.unique(np.round(lower / d, 12), return_inverse=True)
+    f = gain.axis[None, :]
+    last, rows = [], np.empty((0, 2))
+    for ratio in ratios:
+        cuts, stack = cutting(np.vstack((-f, f)), np.array([1.0, -ratio]), loop, gain.name, max_samples)
+        last.append(np.flatnonzero(cuts.any(axis=1))[-1])
+        if len(stack) > len(rows):
+            rows = stack[:, 0]
+    each = np.array(last)[which]
+    return each, rows[: each.max() + 1]
