@@ -1,0 +1,33 @@
+"""Kinds of fields that the scenario's parts are made of."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+# TOML and JSON know lists only, so the container is lenient while its numbers stay strict.
+Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+
+# Times are decimal fractions of a second: what differs by rounding only is equal.
+WHOLE = 1e-9
+
+
+class Strict(BaseModel):
+    """A frozen table of a scenario file: no unknown fields, no conversions, no NaN and no infinity."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def snap(steps: float) -> float:
+    """A number of steps, made whole when it is whole but for rounding."""
+    nearest = round(steps)
+    return nearest if abs(steps - nearest) <= WHOLE * max(1.0, abs(steps)) else steps
+
+
+def conflict(field: str, why: str) -> PydanticCustomError:
+    """The error of a table whose fields do not fit together; `field` is relative to that table."""
+    return PydanticCustomError("conflict", "{field}: {why}", {"field": field, "why": why})

@@ -1,0 +1,109 @@
+"""Finding scenarios by name or path, and reading them."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from models.errors import InputError
+from scenarios.complaint import complaint, near
+from scenarios.schema import Scenario
+
+if TYPE_CHECKING:
+    from models.robot import Robot
+
+SHIPPED = Path(__file__).parent
+
+
+def shipped() -> dict[str, Path]:
+    """The scenarios that come with Okiagari: name -> file."""
+    return {path.stem: path for path in sorted(SHIPPED.glob("*.toml"))}
+
+
+def find(name: str | Path) -> Path:
+    """Find a scenario file.
+
+    Args:
+        name: a shipped scenario's name, or a path to a `.toml` file.
+
+    Raises:
+        InputError: if there is none; lists the names there are.
+    """
+    known = shipped()
+    if str(name) in known:
+        return known[str(name)]
+    path = Path(name)
+    if path.suffix == ".toml":
+        if path.is_file():
+            return path
+        raise InputError(f"scenario: no file {str(path)!r}")
+    raise InputError(
+        f"scenario: {str(name)!r} is neither one of {', '.join(known)} nor a path to a .toml file{near(str(name), known)}"
+    )
+
+
+def load(name: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenario:
+    """Read and check a scenario.
+
+    Args:
+        name: a shipped scenario's name, or a path to a `.toml` file.
+        overrides: top-level fields that replace the file's.
+
+    Raises:
+        InputError: if it cannot be read or says something that is not allowed; one line that names file, field,
+            value and what is allowed.
+    """
+    path = find(name)
+    try:
+        fields = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:  # of the encoding, or of TOML
+        raise InputError(f"{path}: not a TOML file: {' '.join(str(error).split())}") from None
+    robot = fields.get("robot")
+    if isinstance(robot, str) and robot.endswith(".xml"):
+        fields["robot"] = str((path.parent / robot).resolve())
+    try:
+        return Scenario.model_validate(fields | dict(overrides or {}))
+    except ValidationError as error:
+        raise InputError(f"{path}: {complaint(error)}") from None
+
+
+def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario") -> None:
+    """Check what only the robot can tell.
+
+    Args:
+        scenario: the scenario.
+        robot: the robot it names.
+        source: what to call the scenario in the message; its file.
+
+    Raises:
+        InputError: if a push acts on a body that does not exist, a step is longer than the legs, a margin leaves
+            nothing of the sole, or the pendulum is pushed up or down.
+    """
+    for i, push in enumerate(scenario.pushes):
+        if push.body not in robot.body_names:
+            raise InputError(
+                f"{source}: pushes[{i}].body: {robot.name} has no body {push.body!r}{near(push.body, robot.body_names)}; "
+                f"its bodies: {', '.join(robot.body_names)}"
+            )
+        if scenario.world == "pendulum" and push.vector is not None and push.vector[2]:
+            raise InputError(
+                f"{source}: pushes[{i}].vector: {list(push.vector)} is not horizontal; the pendulum's height is fixed"
+            )
+    stepping = scenario.stepping
+    for field in ("max_stride", "swing_height"):
+        length = getattr(stepping, field)
+        if length > robot.leg_length:
+            raise InputError(
+                f"{source}: stepping.{field}: {length!r} m is longer than {robot.name}'s legs, {robot.leg_length:.3g} m"
+            )
+    if 2 * stepping.zmp_margin >= robot.sole_width:
+        raise InputError(
+            f"{source}: stepping.zmp_margin: {stepping.zmp_margin!r} m leaves nothing of {robot.name}'s sole, "
+            f"which is {robot.sole_width:.3g} m wide; it must be below {robot.sole_width / 2:.3g} m"
+        )

@@ -1,0 +1,115 @@
+"""A push: a force on one body for a while, and the exact impulse of its samples."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator, model_validator
+
+from scenarios.fields import NotNegative, Positive, Strict, Vector, conflict, snap
+
+
+class Push(Strict):
+    """A force on one body for a while; on the pendulum it acts on the COG.
+
+    Attributes:
+        start: when it begins [s].
+        duration: how long it lasts [s].
+        direction: horizontal, [deg], 0 is forward, 90 is left. Either this or `vector`.
+        vector: direction in the world frame; its length does not matter.
+        impulse: size [N s]. Either this or `delta_v`.
+        delta_v: size as the velocity that the impulse gives the robot's whole mass [m/s].
+        body: name of the body it acts on.
+        point: where it acts, in that body's frame [m]; None is the body's COM.
+        shape: force over time.
+    """
+
+    start: NotNegative
+    duration: Positive = 0.1
+    direction: float | None = None
+    vector: Vector | None = None
+    impulse: Positive | None = None
+    delta_v: Positive | None = None
+    body: str = Field(default="trunk", min_length=1)
+    point: Vector | None = None
+    shape: Literal["rectangular", "half_sine"] = "rectangular"
+
+    @field_validator("vector")
+    @classmethod
+    def _has_a_direction(cls, vector: Vector | None) -> Vector | None:
+        if vector is not None and not any(vector):
+            raise ValueError("must not be zero")
+        return vector
+
+    @model_validator(mode="after")
+    def _one_direction_one_size(self) -> Self:
+        if (self.direction is None) == (self.vector is None):
+            raise conflict("direction", "give exactly one of direction [deg] and vector [x, y, z]")
+        if (self.impulse is None) == (self.delta_v is None):
+            raise conflict("impulse", "give exactly one of impulse [N s] and delta_v [m/s]")
+        return self
+
+    @property
+    def end(self) -> float:
+        """When it ends [s]."""
+        return self.start + self.duration
+
+    @property
+    def unit(self) -> NDArray[np.float64]:
+        """(3,) unit vector of the force in the world frame."""
+        if self.vector is not None:
+            vector = np.array(self.vector) / max(map(abs, self.vector))
+            return vector / np.linalg.norm(vector)
+        assert self.direction is not None
+        # Exact on the axes, so that a push forward has no trace of a push to the left.
+        angle = math.radians(self.direction % 90)
+        axes = {0: (1.0, 0.0), 1: (0.0, 1.0), 2: (-1.0, 0.0), 3: (0.0, -1.0)}
+        cos, sin = axes[int(self.direction % 360 // 90)]
+        c, s = math.cos(angle), math.sin(angle)
+        return np.array([c * cos - s * sin, c * sin + s * cos, 0.0])
+
+    @property
+    def direction_deg(self) -> float:
+        """Horizontal direction [deg], in (-180, 180]."""
+        x, y, _ = self.unit
+        return math.degrees(math.atan2(y, x))
+
+    def impulse_vector(self, mass: float) -> NDArray[np.float64]:
+        """The asked impulse.
+
+        Args:
+            mass: mass of the whole robot [kg].
+
+        Returns:
+            (3,) impulse in the world frame [N s].
+        """
+        size = self.impulse if self.impulse is not None else (self.delta_v or 0.0) * mass
+        return size * self.unit
+
+    def delivered(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Fraction of the impulse that is delivered at `time` [s]; the integral of the force's shape."""
+        phase = np.clip((time - self.start) / self.duration, 0.0, 1.0)
+        return phase if self.shape == "rectangular" else 0.5 * (1.0 - np.cos(np.pi * phase))
+
+    def force_samples(self, dt: float, mass: float) -> tuple[int, NDArray[np.float64]]:
+        """The force to hold during each physics step, so that the impulse is exact.
+
+        Each sample is the mean of the force over its step: `sum(forces) * dt` is the asked impulse also when the
+        push begins or ends within a step.
+
+        Args:
+            dt: physics step [s]; step i lasts from i dt to (i + 1) dt.
+            mass: mass of the whole robot [kg].
+
+        Returns:
+            The first step it acts in, and (n, 3) forces in the world frame [N].
+        """
+        first = math.floor(snap(self.start / dt))
+        beyond = math.ceil(snap(self.end / dt))
+        fraction = np.diff(self.delivered(np.arange(first, beyond + 1, dtype=np.float64) * dt))
+        # Rounding in the last digits of start / dt must not lose a sliver of the impulse.
+        fraction /= fraction.sum()
+        return first, fraction[:, None] * self.impulse_vector(mass) / dt

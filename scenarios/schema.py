@@ -1,0 +1,183 @@
+"""What a scenario file may say: every field, its unit, its default and what is allowed."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
+
+from scenarios.fields import WHOLE, NotNegative, Positive, Strict, conflict, snap
+from scenarios.push import Push
+
+
+class Timing(Strict):
+    """Periods of the two loops.
+
+    Attributes:
+        physics: step of the physics [s].
+        control: period of the controller [s], a whole multiple of `physics`.
+    """
+
+    physics: Positive = 0.001
+    control: Positive = 0.002
+
+    @model_validator(mode="after")
+    def _divisible(self) -> Self:
+        ratio = self.control / self.physics
+        if round(ratio) < 1 or abs(ratio - round(ratio)) > WHOLE * ratio:
+            raise conflict("control", f"{self.control!r} s must be a whole multiple of physics, {self.physics!r} s")
+        return self
+
+    @property
+    def substeps(self) -> int:
+        """Physics steps in a control period."""
+        return round(self.control / self.physics)
+
+
+class DcmGain(Strict):
+    """Feedback of the divergent component of motion: u - u_C = k (x - x_C + xd / omega).
+
+    Attributes:
+        k: gain [1]; above 1, or the DCM diverges.
+    """
+
+    kind: Literal["dcm"] = "dcm"
+    k: float = Field(default=1.5, gt=1)
+
+
+class LqrGain(Strict):
+    """F of the linear-quadratic regulator.
+
+    Attributes:
+        q: weights of position [1/m^2] and velocity [s^2/m^2].
+        r: weight of the ZMP [1/m^2].
+    """
+
+    kind: Literal["lqr"]
+    q: Annotated[tuple[Positive, NotNegative], Field(strict=False)]
+    r: Positive
+
+
+def _as_pair(pole: Any) -> Any:
+    return (pole, 0.0) if isinstance(pole, int | float) and not isinstance(pole, bool) else pole
+
+
+Pole = Annotated[tuple[float, float], Field(strict=False), BeforeValidator(_as_pair)]
+
+
+class PolesGain(Strict):
+    """F by pole placement.
+
+    Attributes:
+        poles: two continuous poles [1/s], each a real number or [real, imaginary]; negative real parts.
+    """
+
+    kind: Literal["poles"]
+    poles: Annotated[tuple[Pole, Pole], Field(strict=False)]
+
+    @field_validator("poles")
+    @classmethod
+    def _stable_and_real(cls, poles: tuple[Pole, Pole]) -> tuple[Pole, Pole]:
+        (first, second) = (complex(*pole) for pole in poles)
+        if first.real >= 0 or second.real >= 0:
+            raise ValueError("the real parts must be negative")
+        if (first.imag or second.imag) and first != second.conjugate():
+            raise ValueError("must be two real poles or a conjugate pair [[re, im], [re, -im]]")
+        return poles
+
+    @property
+    def values(self) -> tuple[complex, complex]:
+        """The poles [1/s]."""
+        return complex(*self.poles[0]), complex(*self.poles[1])
+
+
+def _gain_kind(gain: Any) -> Any:
+    return gain.get("kind", "dcm") if isinstance(gain, dict) else getattr(gain, "kind", None)
+
+
+Gain = Annotated[
+    Annotated[DcmGain, Tag("dcm")] | Annotated[LqrGain, Tag("lqr")] | Annotated[PolesGain, Tag("poles")],
+    Discriminator(_gain_kind),
+]
+
+
+class Stepping(Strict):
+    """What steps may be planned.
+
+    Attributes:
+        step_times: durations of a step [s], tried in this order.
+        max_steps: most steps in one plan.
+        zmp_margin: distance that a plan keeps between the ZMP and the edge of the support [m].
+        max_stride: longest way of a foot from beside the other one [m].
+        swing_height: highest point of the swing foot's sole over the floor [m].
+    """
+
+    step_times: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)] = (0.25, 0.3)
+    max_steps: int = Field(default=3, ge=1)
+    zmp_margin: NotNegative = 0.005
+    max_stride: Positive = 0.16
+    swing_height: Positive = 0.03
+
+
+class Variation(Strict):
+    """What the seed draws.
+
+    Attributes:
+        pose: standard deviation of the initial joint angles, or of the pendulum's initial lean [rad].
+    """
+
+    pose: NotNegative = 0.002
+
+
+class Scenario(Strict):
+    """One experiment.
+
+    Attributes:
+        description: one line.
+        robot: name of a file of `models/`, or a path to an `.xml` file.
+        world: what is simulated.
+        controller: who answers the pushes.
+        whole_body: how the balance command becomes joint targets.
+        duration: length of the episode [s].
+        seed: of everything that is drawn.
+        timing, gain, stepping, variation, pushes: see there; the pushes in order of time, one at a time.
+    """
+
+    description: str = Field(min_length=1, pattern=r"^[^\n]*$")
+    robot: str = Field(default="utmu2", min_length=1)
+    world: Literal["humanoid", "pendulum"] = "humanoid"
+    controller: Literal["supervisor", "regulator", "statue"] = "supervisor"
+    whole_body: Literal["dynamics", "ik"] = "dynamics"
+    duration: Positive = 15.0
+    seed: int = Field(default=0, ge=0)
+    timing: Timing = Timing()
+    gain: Gain = DcmGain()
+    stepping: Stepping = Stepping()
+    variation: Variation = Variation()
+    pushes: Annotated[tuple[Push, ...], Field(strict=False)] = ()
+
+    @model_validator(mode="after")
+    def _pushes_fit(self) -> Self:
+        for i in range(1, len(self.pushes)):
+            before, push = self.pushes[i - 1], self.pushes[i]
+            if push.start < before.end:
+                raise conflict(
+                    f"pushes[{i}].start",
+                    f"{push.start!r} s is before the end of pushes[{i - 1}], {before.end:g} s; "
+                    "pushes come in order of time, one at a time",
+                )
+        if self.pushes and self.duration <= self.pushes[-1].end:
+            raise conflict(
+                "duration", f"{self.duration!r} s must be beyond the end of the last push, {self.pushes[-1].end:g} s"
+            )
+        return self
+
+    @property
+    def ticks(self) -> int:
+        """Control periods in the episode."""
+        return math.ceil(snap(self.duration / self.timing.control))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Every field as it is run, of types that TOML and JSON know."""
+        return self.model_dump(mode="json", exclude_none=True)
