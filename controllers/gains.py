@@ -81,8 +81,8 @@ class Gain:
         radius = self.spectral_radius(pendulum)
         if not radius < 1.0:
             raise UnstableGainError(
-                f"gain {self.name!r} is unstable: spectral radius {radius:.6g} at omega {pendulum.omega:.4g} 1/s, "
-                f"dt {pendulum.dt:g} s; it must be below 1 (choose slower poles, a larger r, or a smaller dt)"
+                f"gain {self.name!r} is unstable: spectral radius {radius:.6g} at omega "
+                f"{pendulum.omega:.4g} 1/s, dt {pendulum.dt:g} s; it must be below 1 (choose slower poles, a larger r, or a smaller dt)"
             )
 
     def dcm_ratio(self, pendulum: Pendulum) -> float | None:
@@ -140,9 +140,7 @@ def lqr(pendulum: Pendulum, q: tuple[float, float], r: float) -> Gain:
     try:
         cost = solve_discrete_are(a, b, np.diag(weights), np.array([[float(r)]]))
     except (np.linalg.LinAlgError, ValueError) as error:
-        raise GainError(
-            f"LQR with q={q!r}, r={r!r} has no solution ({error}); use weights nearer to 1"
-        ) from error
+        raise GainError(f"LQR with q={q!r}, r={r!r} has no solution ({error}); use weights nearer to 1") from error
     row = (b.T @ cost @ a / (r + b.T @ cost @ b))[0]
     gain = _both_axes(row, f"lqr q=({weights[0]:g}, {weights[1]:g}) r={r:g}")
     gain.require_stable(pendulum)
@@ -174,7 +172,7 @@ def poles(pendulum: Pendulum, continuous: Sequence[complex]) -> Gain:
         raise UnstableGainError(f"poles must have a negative real part, got {first:g} and {second:g} 1/s")
     if abs(first.imag) * pendulum.dt >= math.pi:
         raise GainError(
-            f"poles {first:g}, {second:g} 1/s turn faster than dt {pendulum.dt:g} s can show: use a smaller dt"
+            f"poles {first:g}, {second:g} 1/s turn faster than dt {pendulum.dt:g} s shows: use a smaller dt"
         )
     name = "poles " + ", ".join(f"{p.real:g}" if p.imag == 0.0 else f"{p:g}" for p in pair)
     for hidden, other in ((first, second), (second, first)):

@@ -1,7 +1,7 @@
 """The recursion of Gilbert and Tan (1991): which constraints of which samples describe an MOA set.
 
-It adds the constraints of one more sample until they cut nothing off. Here whole blocks of samples are added, and
-the last one that cuts is read off the convex hull of the dual points S_i / a_i.
+It adds the constraints of one more sample until they cut nothing off. Here whole blocks of samples are added,
+and the last one that cuts is read off the convex hull of the dual points S_i / a_i.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Linear functions maximised over {x : S x <= a}, by one HiGHS model that keeps its basis between questions."""
+"""Linear functions maximised over {x : S x <= a}, by one HiGHS model that keeps its basis."""
 
 from __future__ import annotations
 
@@ -97,9 +97,7 @@ class LinearProgram:
             raise UnboundedProgramError("the set is unbounded in the direction asked for")
         if status == highspy.HighsModelStatus.kInfeasible:
             raise InfeasibleProgramError("the set is empty")
-        raise LinearProgramError(
-            f"HiGHS stopped without an answer: {self._highs.modelStatusToString(status)}"
-        )
+        raise LinearProgramError(f"HiGHS stopped without an answer: {self._highs.modelStatusToString(status)}")
 
 
 def chebyshev_centre(S: np.ndarray, a: np.ndarray) -> tuple[np.ndarray, float]:

@@ -2,8 +2,8 @@
 
 When both axes share one gain, the row of edge j at sample i sees only the component of the state along its
 normal, and the polygon bounds the ZMP along that normal from both sides. The set {lower <= ZMP <= upper}, two
-states instead of four, therefore tells when the rows of edge j cease to cut. Dropping the later ones is exact:
-at the first sample whose rows are left out, they follow from the samples before, and so on by induction.
+states instead of four, therefore tells from when on the rows of edge j follow from earlier samples. Leaving
+those out is exact: the first sample without all its rows follows from the ones before, the next from it, ...
 """
 
 from __future__ import annotations

@@ -178,9 +178,7 @@ class Polytope:
             try:
                 return program.maximise(direction)[keep]
             except UnboundedProgramError:
-                raise UnboundedPolytopeError(
-                    "the projection is unbounded: intersect the set with a box"
-                ) from None
+                raise UnboundedPolytopeError("the projection is unbounded: intersect the set with a box") from None
             except InfeasibleProgramError:
                 raise EmptyPolytopeError("the projection of an empty set") from None
 
@@ -206,9 +204,7 @@ class Polytope:
     def area(self) -> float:
         """Area of a bounded set of the plane."""
         if self.n != 2:
-            raise PolytopeError(
-                f"area is of a set of the plane, this one has {self.n} dimensions: slice or project it"
-            )
+            raise PolytopeError(f"area is of a set of the plane, this one has {self.n} dimensions: slice or project it")
         return polygon_area(self.vertices())
 
 

@@ -1,27 +1,29 @@
 """MOA sets of the tracking controller: Section IV, (25)-(41), for every phase of a reference at once.
 
-With e = x - xi, (26) and (27) give e_{k+1} = Atilde e_k and u_k = mu_k - F e_k exactly, and the sums of (29)-(39)
-vanish: the set of phase k is E_k = {e : -M_k F e <= v_k - M_k mu_k} cut by {e : Atilde e in E_{k+1}}, and E_m is
-the set of the regulator that takes over. Its rows are M_{k+i}(-F Atilde^i), those of the paper.
+With e = x - xi, (26) and (27) give e_{k+1} = Atilde e_k and u_k = mu_k - F e_k exactly, and the sums of
+(29)-(39) vanish: the set of phase k is E_k = {e : -M_k F e <= v_k - M_k mu_k} cut by {e : Atilde e in E_{k+1}},
+and E_m is the set of the regulator that takes over. Its rows are M_{k+i}(-F Atilde^i), those of the paper.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from controllers.gains import Gain, dcm_contraction
-from controllers.moa import MoaError, MoaSet, sentence
+from controllers.gilbert_tan import MoaError
+from controllers.moa import MoaSet, sentence
 from controllers.pendulum import Pendulum
 from controllers.polytope import EmptyPolytopeError, Polytope
 from controllers.reference import Reference
 
 # Phases between two prunings: rows between them cost less than a pruning of every phase.
 _PRUNE_EVERY = 10
-# Powers of the contraction below this are taken as this: a bound 1e300 times the polygon never binds.
-_SMALLEST = 1e-300
+# Natural logarithm of the largest power of the contraction used at once: 1e200, clear of overflow.
+_POWERS = 460.0
 
 
 class TrackingMismatchError(MoaError):
@@ -105,8 +107,8 @@ class TrackingSets:
             slack = polygon.v - polygon.M @ (self.reference.mu[i] - self.gain.F @ e)
             edge = int(slack.argmin())
             if slack[edge] < 0.0:
-                where = f"the {polygon.edge_name(edge)} edge"
-                return f"the ZMP would leave through {where} {self._when(i - k)} ({-1e3 * slack[edge]:.1f} mm beyond)"
+                where, beyond = f"the {polygon.edge_name(edge)} edge", f"({-1e3 * slack[edge]:.1f} mm beyond)"
+                return f"the ZMP would leave through {where} {self._when(i - k)} {beyond}"
             e = loop @ e
         delay = (self.m - k) * self.pendulum.dt
         violation = self.terminal.violation(self.reference.xi[-1] + e)
@@ -115,7 +117,8 @@ class TrackingSets:
             tight = (sample - self.m, edge)
             return sentence(self.terminal, violation, tight, self.slack(k, x), delay)
         where = f"the {self.reference.support(sample).edge_name(edge)} edge"
-        return f"the ZMP stays inside, tightest at {where} ({1e3 * self.slack(k, x):.1f} mm) {self._when(sample - k)}"
+        left = f"({1e3 * self.slack(k, x):.1f} mm)"
+        return f"the ZMP stays inside, tightest at {where} {left} {self._when(sample - k)}"
 
     def _when(self, samples: int) -> str:
         return f"{samples * self.pendulum.dt:.2f} s from now" if samples else "now"
@@ -187,61 +190,72 @@ def _in_dcm_plane(
 ) -> _Rows:
     """One row a phase for each direction an edge faces: that of the sample which limits the DCM error most.
 
-    The DCM error contracts by lambda a sample, so sample k + i asks n . error <= margin / (ratio lambda^i); the
-    least over i, for all k at once, by doubling the number of samples looked at.
-    """
-    m, contraction = reference.m, dcm_contraction(pendulum, ratio)
-    normals, margin, edge_of = _margins_by_normal(reference, terminal)
-    weight = np.full(m + 1, ratio)
-    weight[m] = final_ratio
-    # Rows of the terminal set are its polygon's times the ratio, shifted from its centre to the end of the reference.
-    least = margin / weight[:, None]
-    from_sample = np.broadcast_to(np.arange(m + 1)[:, None], margin.shape).copy()
-    reach, power = 1, contraction
-    while reach <= m:
-        later = least[reach:] / max(power, _SMALLEST)
-        better = later < least[:-reach]
-        source = from_sample[reach:].copy()
-        np.copyto(least[:-reach], later, where=better)
-        np.copyto(from_sample[:-reach], source, where=better)
-        reach, power = 2 * reach, power * power
-    columns = np.arange(len(normals))
-    scale = weight[from_sample] * contraction ** (from_sample - np.arange(m + 1)[:, None])
-    flat = np.stack(
-        (normals[:, 0], normals[:, 0] / pendulum.omega, normals[:, 1], normals[:, 1] / pendulum.omega), 1
-    )
-    S = scale[:, :, None] * flat
-    a = margin[from_sample, columns] + scale * (reference.xi @ flat.T)
-    start = np.arange(m + 2) * len(normals)
-    return S.reshape(-1, 4), a.ravel(), start, from_sample.ravel(), edge_of[from_sample, columns].ravel()
-
-
-def _margins_by_normal(reference: Reference, terminal: MoaSet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Directions (D, 2) of all edges, and for each sample 0..m the margin (m + 1, D) of its edge that faces there.
-
-    The margin is inf, and the edge -1, where no edge of that sample's polygon faces in the direction.
+    The DCM error shrinks by lambda a sample, so the edge at sample l asks of the error at phase k that
+    normal . error <= margin_l / (weight_l lambda^(l - k)), and only the least of these over l >= k counts.
     """
     m = reference.m
-    used = [int(p) for p in np.unique(reference.support_of)]
-    polygons = [reference.supports[p] for p in used] + [terminal.polygon]
+    normals, margin, edges = _margins(reference, terminal)
+    directions, phase = len(normals), np.arange(m + 1)
+    weight = np.full(m + 1, ratio)
+    weight[m] = final_ratio
+    contraction = dcm_contraction(pendulum, ratio)
+    limiting = _limiting_samples(margin / weight[:, None], contraction)
+    scale = weight[limiting] * (contraction**phase)[limiting - phase[:, None]]
+    seen = np.repeat(normals, 2, axis=1) / np.array([1.0, pendulum.omega, 1.0, pendulum.omega])
+    entry = limiting * directions + np.arange(directions)
+    a = margin.ravel()[entry] + scale * (reference.xi @ seen.T)
+    S = (scale[:, :, None] * seen).reshape(-1, 4)
+    edge = edges[np.append(reference.support_of, len(edges) - 1)].ravel()[entry]
+    return S, a.ravel(), np.arange(m + 2) * directions, limiting.ravel(), edge.ravel()
+
+
+def _margins(reference: Reference, terminal: MoaSet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Directions that edges face, and the margin of the reference towards each of them.
+
+    Returns:
+        normals (D, 2); margins (m + 1, D) [m] of samples 0..m, inf where no edge faces there; and edges
+        (P + 1, D), the edge of each support that faces there or -1, the terminal polygon last.
+    """
+    polygons = (*reference.supports, terminal.polygon)
     known: dict[tuple[float, float, int], int] = {}
-    columns = []
+    columns: list[list[int]] = []
     for polygon in polygons:
         own: list[int] = []
         for nx, ny in np.round(polygon.M, 12).tolist():
-            # A polygon with two edges this close to parallel keeps both.
+            # Feet with the same heading share their directions, but a polygon with two edges this close to
+            # parallel keeps both.
             key = (nx, ny, 0) if known.get((nx, ny, 0)) not in own else (nx, ny, len(known))
             own.append(known.setdefault(key, len(known)))
-        columns.append(np.array(own))
-    normals = np.zeros((len(known), 2))
-    margin = np.full((m + 1, len(known)), np.inf)
-    edge_of = np.full((m + 1, len(known)), -1)
-    for p, polygon, own_columns in zip(used, polygons, columns, strict=False):
-        ticks = np.flatnonzero(reference.support_of == p)[:, None]
-        margin[ticks, own_columns] = polygon.v - reference.mu[ticks[:, 0]] @ polygon.M.T
-        edge_of[ticks, own_columns] = np.arange(len(own_columns))
-        normals[own_columns] = polygon.M
-    margin[m, columns[-1]] = terminal.a - terminal.S @ (reference.xi[-1] - terminal.x_C)
-    edge_of[m, columns[-1]] = np.arange(len(columns[-1]))
-    normals[columns[-1]] = terminal.polygon.M
-    return normals, margin, edge_of
+        columns.append(own)
+    normals = np.empty((len(known), 2))
+    offsets = np.full((len(polygons), len(known)), np.inf)
+    edges = np.full((len(polygons), len(known)), -1)
+    for i, (polygon, own) in enumerate(zip(polygons, columns, strict=True)):
+        normals[own], offsets[i, own], edges[i, own] = polygon.M, polygon.v, np.arange(len(own))
+    margin = np.full((reference.m + 1, len(known)), np.inf)
+    margin[:-1] = offsets[reference.support_of] - reference.mu @ normals.T
+    # The terminal set is its polygon times its ratio, shifted from its centre to the end of the reference.
+    margin[-1, columns[-1]] = terminal.a - terminal.S @ (reference.xi[-1] - terminal.x_C)
+    return normals, margin, edges
+
+
+def _limiting_samples(least: np.ndarray, contraction: float) -> np.ndarray:
+    """The l >= k of the least least[l] / contraction^(l - k), for all k: (m + 1, D) from (m + 1, D)."""
+    limiting = np.empty(least.shape, dtype=np.intp)
+    limiting[-1] = len(least) - 1
+    least = least.copy()
+    # Blocks so short that the powers stay within double precision; one block for any usual gain.
+    block = max(1, int(_POWERS / -math.log(contraction)))
+    stop = len(least) - 1
+    while stop > 0:
+        first = max(0, stop - block)
+        seen = least[first : stop + 1] * (contraction ** -np.arange(stop - first + 1.0))[:, None]
+        until_end = np.minimum.accumulate(seen[::-1], axis=0)[::-1]
+        own = np.arange(first, stop + 1)[:, None]
+        # Where a later sample limits more, the first one from there on that is itself the least.
+        candidate = np.where(seen == until_end, own, len(least))
+        candidate[-1] = limiting[stop]
+        limiting[first : stop + 1] = np.minimum.accumulate(candidate[::-1], axis=0)[::-1]
+        least[first] = until_end[0]
+        stop = first
+    return limiting
