@@ -42,7 +42,8 @@ def find(name: str | Path) -> Path:
             return path
         raise InputError(f"scenario: no file {str(path)!r}")
     raise InputError(
-        f"scenario: {str(name)!r} is neither one of {', '.join(known)} nor a path to a .toml file{near(str(name), known)}"
+        f"scenario: {str(name)!r} is neither one of {', '.join(known)} "
+        f"nor a path to a .toml file{near(str(name), known)}"
     )
 
 
@@ -88,8 +89,8 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
     for i, push in enumerate(scenario.pushes):
         if push.body not in robot.body_names:
             raise InputError(
-                f"{source}: pushes[{i}].body: {robot.name} has no body {push.body!r}{near(push.body, robot.body_names)}; "
-                f"its bodies: {', '.join(robot.body_names)}"
+                f"{source}: pushes[{i}].body: {robot.name} has no body {push.body!r}"
+                f"{near(push.body, robot.body_names)}; allowed: {', '.join(robot.body_names)}"
             )
         if scenario.world == "pendulum" and push.vector is not None and push.vector[2]:
             raise InputError(

@@ -65,10 +65,9 @@ class Push(Strict):
             return vector / np.linalg.norm(vector)
         assert self.direction is not None
         # Exact on the axes, so that a push forward has no trace of a push to the left.
-        angle = math.radians(self.direction % 90)
-        axes = {0: (1.0, 0.0), 1: (0.0, 1.0), 2: (-1.0, 0.0), 3: (0.0, -1.0)}
-        cos, sin = axes[int(self.direction % 360 // 90)]
-        c, s = math.cos(angle), math.sin(angle)
+        quarters, rest = divmod(self.direction, 90)
+        cos, sin = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarters) % 4]
+        c, s = math.cos(math.radians(rest)), math.sin(math.radians(rest))
         return np.array([c * cos - s * sin, c * sin + s * cos, 0.0])
 
     @property

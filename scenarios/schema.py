@@ -141,7 +141,8 @@ class Scenario(Strict):
         whole_body: how the balance command becomes joint targets.
         duration: length of the episode [s].
         seed: of everything that is drawn.
-        timing, gain, stepping, variation, pushes: see there; the pushes in order of time, one at a time.
+        timing, gain, stepping, variation, pushes: see there; the pushes in order of time, no two in one
+            control period.
     """
 
     description: str = Field(min_length=1, pattern=r"^[^\n]*$")
@@ -159,13 +160,15 @@ class Scenario(Strict):
 
     @model_validator(mode="after")
     def _pushes_fit(self) -> Self:
+        # A tick of the trace holds the force and the point of one push.
+        control = self.timing.control
         for i in range(1, len(self.pushes)):
             before, push = self.pushes[i - 1], self.pushes[i]
-            if push.start < before.end:
+            if math.floor(snap(push.start / control)) < math.ceil(snap(before.end / control)):
                 raise conflict(
                     f"pushes[{i}].start",
-                    f"{push.start!r} s is before the end of pushes[{i - 1}], {before.end:g} s; "
-                    "pushes come in order of time, one at a time",
+                    f"{push.start!r} s is not after the end of pushes[{i - 1}], {before.end:g} s; "
+                    "pushes come in order of time, no two in one control period",
                 )
         if self.pushes and self.duration <= self.pushes[-1].end:
             raise conflict(

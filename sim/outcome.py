@@ -83,7 +83,8 @@ def judge(trace: Trace) -> Outcome:
     It *fell* if at any moment the trunk tilted by more than 75 degrees, the COG was below half its nominal height
     or something but the soles touched the floor; or if in the last row the tilt is above 45 degrees or the COG below
     70 % of nominal. It *recovered* if in the last row no step is under way and the COG is slower than 0.05 m/s,
-    either 5 s or more after the last push, or having been so for 1 s after it. Else it is *not settled*.
+    either 5 s or more after the last push, or having been so, and as upright as asked of the last row, for
+    1 s after it. Else it is *not settled*.
 
     Args:
         trace: at least one row; its metadata give the pushes and the nominal height.
@@ -91,9 +92,7 @@ def judge(trace: Trace) -> Outcome:
     time, steps = trace.time, int(trace["steps"][-1])
     nominal = float(trace.metadata["robot"]["cog_height"])
 
-    def outcome(
-        result: Result, reason: Reason, *, fell: float | None = None, settled: float | None = None
-    ) -> Outcome:
+    def outcome(result: Result, reason: Reason, *, fell: float | None = None, settled: float | None = None) -> Outcome:
         return Outcome(result=result, reason=reason, time_of_fall=fell, settled_at=settled, steps_taken=steps)
 
     falls = {
@@ -122,6 +121,7 @@ def judge(trace: Trace) -> Outcome:
         return outcome(Result.NOT_SETTLED, Reason.MOVING)
     last_push = last_push_end(trace.metadata["scenario"])
     resting = (speed < REST_SPEED) & (trace["controller"] != _TRACKER) & (time >= last_push - _ROUNDING)
+    resting &= (trace["trunk_tilt"] <= END_TILT) & (trace["cog_z"] >= END_HEIGHT * nominal)
     if not resting[-1]:
         return outcome(Result.NOT_SETTLED, Reason.TOO_SHORT)
     restless = np.flatnonzero(~resting)
@@ -153,7 +153,7 @@ class EarlyEnd:
         self._time, self._tilt, self._height = index["time"], index["trunk_tilt"], index["cog_z"]
         self._contact, self._controller = index["other_contact"], index["controller"]
         self._velocity = (index["cog_vx"], index["cog_vy"], index["cog_vz"])
-        self._lowest = FALL_HEIGHT * cog_height
+        self._lowest, self._low_at_end = FALL_HEIGHT * cog_height, END_HEIGHT * cog_height
         self._last_push = math.inf if last_push is None else last_push
         self._since: float | None = None
 
@@ -166,7 +166,9 @@ class EarlyEnd:
         squared = row[x] ** 2 + row[y] ** 2 + row[z] ** 2
         if not math.isfinite(squared):
             return True
-        if squared >= REST_SPEED**2 or row[self._controller] == _TRACKER or time < self._last_push - _ROUNDING:
+        upright = row[self._tilt] <= END_TILT and row[self._height] >= self._low_at_end
+        slow = squared < REST_SPEED**2 and row[self._controller] != _TRACKER
+        if not (upright and slow and time >= self._last_push - _ROUNDING):
             self._since = None
             return False
         if self._since is None:

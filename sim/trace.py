@@ -109,7 +109,7 @@ class Trace:
         fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in self.units.items()]
         schema = pa.schema(fields, metadata={_KEY: json.dumps(dict(self.metadata), allow_nan=False)})
         columns = [pa.array(self.values[:, i]) for i in range(len(fields))]
-        pq.write_table(pa.table(columns, schema=schema), path, compression="zstd")
+        pq.write_table(pa.table(columns, schema=schema), path, compression="zstd", write_page_checksum=True)
 
 
 _KEY = b"okiagari"
@@ -126,7 +126,7 @@ def load_trace(path: str | Path) -> Trace:
     """
     try:
         # From memory, so that a file that another process replaces meanwhile cannot be read by halves.
-        table = pq.read_table(pa.BufferReader(Path(path).read_bytes()))
+        table = pq.read_table(pa.BufferReader(Path(path).read_bytes()), page_checksum_verification=True)
     except OSError as error:
         raise TraceFileError(f"{path}: cannot be read: {error.strerror or _one_line(error)}") from None
     except pa.ArrowException as error:
