@@ -104,7 +104,7 @@ def nominal_footholds(
     soles: Mapping[Side, SupportPolygon],
     limits: StepLimits,
 ) -> np.ndarray:
-    """Footholds (N, 2) level with the DCM at each landing and at the natural stance width or where the DCM is.
+    """Footholds (N, 2) level with the DCM at each landing, at the natural width or as wide as the DCM.
 
     The DCM is carried forward with the ZMP at the point of the stance sole nearest to it.
     """

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-import daqp  # type: ignore[import-not-found]
+import daqp
 import numpy as np
 
 from controllers.pendulum import Pendulum
@@ -24,7 +24,7 @@ _FOOTHOLD_WEIGHT = 1.0
 # Small against the footholds, and large enough that the Hessian stays well conditioned.
 _ZMP_WEIGHT = 0.1
 _EQUALITY = 5
-_OPTIMAL = 1
+_OPTIMAL, _INFEASIBLE = 1, -1
 
 
 class PlanningError(OkiagariError):
@@ -72,7 +72,7 @@ class Solution:
 
 
 def knot_ticks(total: int, knot: int) -> tuple[int, ...]:
-    """Split `total` ticks into knots of `knot` ticks; the first takes the remainder (half to one and a half)."""
+    """Split `total` ticks into knots of `knot` ticks; the first takes the remainder (0.5 to 1.5 knots)."""
     count = max(1, round(total / knot))
     return (total - (count - 1) * knot,) + (knot,) * (count - 1)
 
@@ -161,6 +161,9 @@ def solve(
         upper[row + 5 :], lower[row + 5 :] = reach.upper, reach.lower
 
     optimum, _, flag, _ = daqp.solve(np.diag(weights), linear, matrix, upper, lower, sense, primal_tol=1e-10)
+    if flag == _INFEASIBLE:
+        # The margin may fall without bound and double support is long: only footholds can exclude each other.
+        raise PlanningError("no footholds are within reach of each other in the time of the steps")
     if flag != _OPTIMAL:
         raise PlanningError(f"the stepping program has no optimum (DAQP exit flag {flag})")
     footholds = optimum[foot:].reshape(steps, 2)
