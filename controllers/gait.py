@@ -25,6 +25,9 @@ _SETTLE_KNOT = 0.050
 # schedules this one caught the largest pushes forward and sideways.
 _RETURN = (0.4, 0.7)
 
+# Beyond kilometres (and for NaN) the rounding of a plan is larger than the robot.
+_FARTHEST = 1e4
+
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class StepPlan:
@@ -83,8 +86,9 @@ def plan_steps(
     x0 = np.array(x0, dtype=float)
     swing = tuple(swing)
     first = step_time if swing_time_left is None else max(swing_time_left, 0.0)
-    if x0.shape != (4,) or not all(map(math.isfinite, (*x0, step_time, first, zmp_margin, settle_time))):
-        raise PlanningError(f"a plan needs a finite state (4,) and finite times, got {x0!r}")
+    times = (step_time, first, zmp_margin, settle_time)
+    if x0.shape != (4,) or not (np.abs(x0).max() < _FARTHEST and all(map(math.isfinite, times))):
+        raise PlanningError(f"a plan needs finite times and a state (4,) of a robot in sight, got {x0!r}")
     if min(step_time, settle_time) < pendulum.dt or any(a == b for a, b in itertools.pairwise(swing)):
         raise PlanningError(f"steps must alternate and times reach one period, got {swing}, {step_time} s")
 
@@ -189,9 +193,7 @@ def _settle(
         final=hull,
     )
     slack = float(reference.margins().min())
-    return StepPlan(
-        reference=reference, slack=slack, footholds=(), swing=(), landings=(), step_time=step_time
-    )
+    return StepPlan(reference=reference, slack=slack, footholds=(), swing=(), landings=(), step_time=step_time)
 
 
 def _double_support(

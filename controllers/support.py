@@ -30,9 +30,7 @@ class EmptyPolygonError(SupportError):
 def _planar(name: str, value: ArrayLike) -> np.ndarray:
     array = np.array(value, dtype=float)
     if array.ndim != 2 or array.shape[1] != 2 or len(array) < 3 or not np.isfinite(array).all():
-        raise SupportError(
-            f"{name} must be three or more finite points of the plane, got shape {array.shape}"
-        )
+        raise SupportError(f"{name} must be three or more finite points of the plane, got shape {array.shape}")
     array.setflags(write=False)
     return array
 
@@ -91,7 +89,7 @@ class SupportPolygon:
         # A loop over four to six float triples is several times faster than numpy on one point.
         for mx, my, v in self._edges:
             s = v - mx * x - my * y
-            if s < best:  # noqa: PLR1730 - a call of min doubles the time
+            if s < best:
                 best = s
         return best
 

@@ -71,9 +71,7 @@ def test_random_plans_keep_every_promise(swing: tuple[Side, ...]) -> None:
     kept = 0
     for _ in range(60):
         feet = standing(rng.uniform(-0.08, 0.08), rng.uniform(-0.3, 0.3))
-        x0 = np.array(
-            [rng.uniform(-0.02, 0.04), rng.normal(0, 0.3), rng.uniform(-0.03, 0.03), rng.normal(0, 0.1)]
-        )
+        x0 = np.array([rng.uniform(-0.02, 0.04), rng.normal(0, 0.3), rng.uniform(-0.03, 0.03), rng.normal(0, 0.1)])
         step_time = rng.uniform(0.15, 0.4)
         plan = plan_steps(PENDULUM, x0, feet, swing, step_time, LIMITS)
         reference = plan.reference
@@ -164,6 +162,44 @@ def test_settling_reaches_what_a_linear_program_reaches() -> None:
     assert 0.0 < plan.slack < 0.1
 
 
+def test_no_foothold_gives_a_larger_margin() -> None:
+    """One step as a linear program of its own: level feet, every inequality an interval, states by stepping."""
+    knots = [12 + 6] + [12] * 11 + [25] * 12
+    centres = (np.arange(12) + 0.5) / 12
+    share = np.r_[np.zeros(12), 1.0 - 0.5 * np.clip((centres - 0.4) / 0.3, 0.0, 1.0)]
+    size = 2 * len(knots) + 3  # ZMPs, foothold, margin
+    for x0 in (pushed(0.5), pushed(0.3, 20.0), np.array([0.02, 0.35, 0.005, 0.06]), np.array([-0.01, -0.4, 0.0, 0.1])):
+        state, effect = x0.copy(), np.zeros((4, size))
+        rows, bounds = [], []
+        for knot, ticks in enumerate(knots):
+            for _ in range(ticks):
+                state, effect = PENDULUM.A @ state, PENDULUM.A @ effect
+                effect[:, 2 * knot : 2 * knot + 2] += PENDULUM.B
+            for axis, half, stance in ((0, 0.0495, 0.0), (1, 0.036, -0.042)):
+                for sign in (1.0, -1.0):
+                    row = np.zeros(size)
+                    row[2 * knot + axis], row[-3 + axis], row[-1] = sign, -sign * share[knot], 1.0
+                    rows.append(row)
+                    bounds.append(half + sign * (1.0 - share[knot]) * stance)
+        rest = effect.copy()
+        rest[0, -3] -= 0.5
+        rest[2, -2] -= 0.5
+        best = linprog(
+            np.r_[np.zeros(size - 1), -1.0],
+            A_ub=np.array(rows),
+            b_ub=bounds,
+            A_eq=rest,
+            b_eq=PENDULUM.rest((0.0, -0.021)) - state,
+            bounds=[(None, None)] * (size - 3) + [(-0.16, 0.16), (0.033, 0.158), (None, 0.02)],
+        )
+        plan = plan_steps(PENDULUM, x0, standing(), ("left",), 0.3, LIMITS, zmp_margin=0.02)
+        # The hull of the feet contains the combination that both programs use, so the slack may only be larger.
+        assert plan.slack >= -best.fun - 1e-6  # HiGHS stops at 1e-7
+        # In single support both mean the same sole, and there these plans are tight.
+        step = plan.reference.margins()[: plan.landings[0]]
+        assert step.min() == pytest.approx(-best.fun, abs=1e-6)
+
+
 @pytest.mark.parametrize("swing", SEQUENCES)
 def test_an_impossible_push_is_outside_yet_exact(swing: tuple[Side, ...]) -> None:
     plan = plan_steps(PENDULUM, pushed(1.5, 20.0), standing(), swing, 0.3, LIMITS)
@@ -177,9 +213,7 @@ def test_a_foot_under_way_reaches_only_what_it_can() -> None:
     x0 = np.array([0.03, 0.35, 0.0, 0.02])
     farthest = 0.0
     for left in (0.002, 0.02, 0.06, 0.3):
-        plan = plan_steps(
-            PENDULUM, x0, standing(), ("left",), 0.3, LIMITS, swing_time_left=left, swing_position=now
-        )
+        plan = plan_steps(PENDULUM, x0, standing(), ("left",), 0.3, LIMITS, swing_time_left=left, swing_position=now)
         travel = float(np.linalg.norm(plan.footholds[0].position - now))
         assert travel <= LIMITS.swing_speed * left + SOLVER
         assert plan.landings == (round(left / 0.002),)
@@ -273,8 +307,8 @@ def test_arguments_that_do_not_fit_are_typed_errors() -> None:
     x0 = pushed(0.3)
     with pytest.raises(PlanningError, match="alternate"):
         plan_steps(PENDULUM, x0, standing(), ("left", "left"), 0.3, LIMITS)
-    for bad in (np.array([math.nan, 0, 0, 0]), np.zeros(3)):
-        with pytest.raises(PlanningError, match="finite state"):
+    for bad in (np.array([math.nan, 0, 0, 0]), np.array([0, -math.inf, 0, 0]), pushed(1e6), np.zeros(3)):
+        with pytest.raises(PlanningError, match="robot in sight"):
             plan_steps(PENDULUM, bad, standing(), ("left",), 0.3, LIMITS)
     for step_time in (0.0, -0.3, math.nan):
         with pytest.raises(PlanningError):
@@ -311,9 +345,7 @@ def test_walk_of_section_iv_c(dt: float) -> None:
     # The last step closes the feet: three strides of 0.1 m.
     np.testing.assert_allclose(walk.xi[-1], [0.3, 0.0, 0.0, 0.0], rtol=0, atol=1e-6)
     np.testing.assert_allclose(walk.final.centre, [0.3, 0.0], rtol=0, atol=1e-12)
-    areas = [
-        np.prod(np.ptp(walk.support(round(t / dt)).vertices, axis=0)) for t in (0.0, 0.25, 0.5, 0.75, 2.0)
-    ]
+    areas = [np.prod(np.ptp(walk.support(round(t / dt)).vertices, axis=0)) for t in (0.0, 0.25, 0.5, 0.75, 2.0)]
     # Box around both feet: aligned, one sole, a stride apart, one sole, aligned again.
     expected = [0.099 * 0.156, 0.099 * 0.072, 0.199 * 0.156, 0.099 * 0.072, 0.099 * 0.156]
     np.testing.assert_allclose(areas, expected, rtol=1e-12)

@@ -66,9 +66,7 @@ def test_hull_agrees_with_qhull(a: tuple[float, float], ya: float, b: tuple[floa
 
 @settings(max_examples=100, deadline=None)
 @given(place, yaw, place, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
-def test_slack_and_nearest(
-    a: tuple[float, float], ya: float, b: tuple[float, float], x: float, y: float
-) -> None:
+def test_slack_and_nearest(a: tuple[float, float], ya: float, b: tuple[float, float], x: float, y: float) -> None:
     polygon = support_polygon([foot(*a, ya), foot(*b)])
     u = np.array([x, y])
     assert polygon.slack(u) == pytest.approx(float(np.min(polygon.v - polygon.M @ u)), abs=1e-15)
@@ -93,24 +91,18 @@ def test_nearest_of_a_corner_and_an_edge() -> None:
         [0.0, 0.0],
         bounds=[(-0.0495, 0.0495), (-0.036, 0.036)],
     ).x
-    np.testing.assert_allclose(
-        polygon.nearest((0.2, 0.01)), projected, atol=1e-6
-    )  # the minimiser's tolerance
+    np.testing.assert_allclose(polygon.nearest((0.2, 0.01)), projected, atol=1e-6)  # the minimiser's tolerance
 
 
 @settings(max_examples=100, deadline=None)
 @given(place, yaw, place, st.floats(0.0, 0.03))
-def test_shrunk_keeps_the_points_that_deep(
-    a: tuple[float, float], ya: float, b: tuple[float, float], d: float
-) -> None:
+def test_shrunk_keeps_the_points_that_deep(a: tuple[float, float], ya: float, b: tuple[float, float], d: float) -> None:
     polygon = support_polygon([foot(*a, ya), foot(*b)])
     inner = polygon.shrunk(d)
     assert polygon.slacks(inner.vertices).min() == pytest.approx(d, abs=1e-9)  # points in line may go
     for direction in np.array([[1.0, 0.0], [0.0, 1.0], [-0.6, 0.8], [0.8, -0.6]]):
         deep = linprog(-direction, A_ub=polygon.M, b_ub=polygon.v - d, bounds=(None, None))
-        assert float(np.max(inner.vertices @ direction)) == pytest.approx(
-            -deep.fun, abs=1e-7
-        )  # HiGHS's tolerance
+        assert float(np.max(inner.vertices @ direction)) == pytest.approx(-deep.fun, abs=1e-7)  # HiGHS's tolerance
 
 
 def test_shrunk_to_nothing_is_an_error() -> None:
