@@ -47,9 +47,7 @@ def _axes(yaw: float) -> np.ndarray:
 
 def _box(side: Side, limits: StepLimits) -> tuple[np.ndarray, np.ndarray]:
     """Corners of the reachable rectangle of foot `side` in the yaw frame of the stance foot [m]."""
-    lateral = (
-        (limits.min_width, limits.max_width) if side == "left" else (-limits.max_width, -limits.min_width)
-    )
+    lateral = (limits.min_width, limits.max_width) if side == "left" else (-limits.max_width, -limits.min_width)
     return np.array([-limits.max_stride, lateral[0]]), np.array([limits.max_stride, lateral[1]])
 
 

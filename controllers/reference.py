@@ -59,18 +59,14 @@ class Reference:
         scale = 1.0 + float(np.abs(xi).max())
         if drift.size and drift.max() > _DYNAMICS * scale:
             k = int(drift.max(axis=1).argmax())
-            raise ReferenceViolation(
-                f"the pendulum equation (26) is broken by {drift[k].max():.2g} at tick {k}"
-            )
+            raise ReferenceViolation(f"the pendulum equation (26) is broken by {drift[k].max():.2g} at tick {k}")
         margins = np.empty(len(mu))
         for index, polygon in enumerate(self.supports):
             ticks = support_of == index
             margins[ticks] = polygon.slacks(mu[ticks])
         if self.admissible and len(mu) and margins.min() < -_ZMP:
             k = int(margins.argmin())
-            raise ReferenceViolation(
-                f"the ZMP is {-margins[k]:.3g} m outside its support polygon at tick {k}"
-            )
+            raise ReferenceViolation(f"the ZMP is {-margins[k]:.3g} m outside its support polygon at tick {k}")
         if np.abs(xi[-1, 1::2]).max() > _REST:
             raise ReferenceViolation(f"the COG still moves at the end: {xi[-1, 1::2]} m/s")
         if not self.final.contains(xi[-1, 0::2]):

@@ -48,9 +48,7 @@ def walk_reference(
     dt = pendulum.dt
     double, single = round(double_support / dt), round((step_time - 2.0 * double_support) / dt)
     if steps < 1 or double < 1 or single < 1:
-        raise PlanningError(
-            f"a walk needs steps with both single and double support, got {steps} of {step_time} s"
-        )
+        raise PlanningError(f"a walk needs steps with both single and double support, got {steps} of {step_time} s")
     knot = max(1, round(_KNOT / dt))
     down = dict(feet)
     middle = 0.5 * (feet["left"].position + feet["right"].position)
@@ -62,9 +60,7 @@ def walk_reference(
         progress = ((np.cumsum(knots) - 0.5 * np.array(knots)) / ticks)[:, None]
         nowhere, nothing = np.zeros(2), np.zeros(0)
         target = rest + progress * (goal - rest)
-        phases.append(
-            Phase(ticks=knots, M=polygon.M, h=polygon.v, base=nowhere, share=nothing, middle=target)
-        )
+        phases.append(Phase(ticks=knots, M=polygon.M, h=polygon.v, base=nowhere, share=nothing, middle=target))
         supports.append(polygon)
         lasts.append(ticks)
 
