@@ -81,8 +81,9 @@ class Gain:
         radius = self.spectral_radius(pendulum)
         if not radius < 1.0:
             raise UnstableGainError(
-                f"gain {self.name!r} is unstable: spectral radius {radius:.6g} at omega "
-                f"{pendulum.omega:.4g} 1/s, dt {pendulum.dt:g} s; it must be below 1 (choose slower poles, a larger r, or a smaller dt)"
+                f"gain {self.name!r} is unstable: spectral radius {radius:.6g} "
+                f"at omega {pendulum.omega:.4g} 1/s, dt {pendulum.dt:g} s; "
+                "it must be below 1 (choose slower poles, a larger r, or a smaller dt)"
             )
 
     def dcm_ratio(self, pendulum: Pendulum) -> float | None:

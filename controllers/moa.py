@@ -111,6 +111,8 @@ class MoaSet:
         Returns:
             (sample, edge, distance beyond it [m]), or None for a state of the set.
         """
+        if self.contains(x):
+            return None
         C, d = _outputs(self.pendulum, self.gain, self.polygon, self.centre, self.bounds)
         loop = self.gain.closed_loop(self.pendulum)
         xbar = np.asarray(x, dtype=float) - self.x_C

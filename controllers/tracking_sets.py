@@ -100,22 +100,23 @@ class TrackingSets:
 
     def explain(self, k: int, x: ArrayLike) -> str:
         """One sentence: where and when tracking from x (4,) at phase k would fail, or what is tightest."""
-        loop = self.gain.closed_loop(self.pendulum)
-        e = np.asarray(x, dtype=float) - self.reference.xi[k]
-        for i in range(k, self.m):
-            polygon = self.reference.support(i)
-            slack = polygon.v - polygon.M @ (self.reference.mu[i] - self.gain.F @ e)
-            edge = int(slack.argmin())
-            if slack[edge] < 0.0:
-                where, beyond = f"the {polygon.edge_name(edge)} edge", f"({-1e3 * slack[edge]:.1f} mm beyond)"
-                return f"the ZMP would leave through {where} {self._when(i - k)} {beyond}"
-            e = loop @ e
-        delay = (self.m - k) * self.pendulum.dt
-        violation = self.terminal.violation(self.reference.xi[-1] + e)
+        violation = None
+        if not self.contains(k, x):
+            loop = self.gain.closed_loop(self.pendulum)
+            e = np.asarray(x, dtype=float) - self.reference.xi[k]
+            for i in range(k, self.m):
+                polygon = self.reference.support(i)
+                slack = polygon.v - polygon.M @ (self.reference.mu[i] - self.gain.F @ e)
+                edge = int(slack.argmin())
+                if slack[edge] < 0.0:
+                    where, beyond = f"the {polygon.edge_name(edge)} edge", f"({-1e3 * slack[edge]:.1f} mm beyond)"
+                    return f"the ZMP would leave through {where} {self._when(i - k)} {beyond}"
+                e = loop @ e
+            violation = self.terminal.violation(self.reference.xi[-1] + e)
         sample, edge = self.tight(k, x)
         if violation is not None or sample >= self.m:
-            tight = (sample - self.m, edge)
-            return sentence(self.terminal, violation, tight, self.slack(k, x), delay)
+            delay = (self.m - k) * self.pendulum.dt
+            return sentence(self.terminal, violation, (sample - self.m, edge), self.slack(k, x), delay)
         where = f"the {self.reference.support(sample).edge_name(edge)} edge"
         left = f"({1e3 * self.slack(k, x):.1f} mm)"
         return f"the ZMP stays inside, tightest at {where} {left} {self._when(sample - k)}"
