@@ -10,6 +10,10 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator
 from scenarios.fields import WHOLE, NotNegative, Positive, Strict, conflict, snap
 from scenarios.push import Push
 
+World = Literal["humanoid", "pendulum"]
+Controller = Literal["supervisor", "regulator", "statue"]
+WholeBody = Literal["dynamics", "ik"]
+
 
 class Timing(Strict):
     """Periods of the two loops.
@@ -147,9 +151,9 @@ class Scenario(Strict):
 
     description: str = Field(min_length=1, pattern=r"^[^\n]*$")
     robot: str = Field(default="utmu2", min_length=1)
-    world: Literal["humanoid", "pendulum"] = "humanoid"
-    controller: Literal["supervisor", "regulator", "statue"] = "supervisor"
-    whole_body: Literal["dynamics", "ik"] = "dynamics"
+    world: World = "humanoid"
+    controller: Controller = "supervisor"
+    whole_body: WholeBody = "dynamics"
     duration: Positive = 15.0
     seed: int = Field(default=0, ge=0)
     timing: Timing = Timing()

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.trace import CONTROLLERS, Trace
+from controllers.signals import Controller
+from sim.trace import Trace
 
 Array = NDArray[np.float64]
 
@@ -30,7 +31,7 @@ JUDGED_AFTER = 5.0
 REST_HELD = 1.0
 """Time at rest after the last push that counts as recovered before that [s]."""
 
-_TRACKER = CONTROLLERS.index("tracker")
+_TRACKER = Controller.TRACKER.value
 # Times are sums of many periods: 1 s later is 1 s later to within the rounding of those sums.
 _ROUNDING = 1e-9
 

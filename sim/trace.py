@@ -18,9 +18,6 @@ from models.errors import InputError
 
 Array = NDArray[np.float64]
 
-CONTROLLERS = ("regulator", "tracker", "statue")
-"""What the codes of the channel `controller` stand for."""
-
 
 def _foot(side: str) -> dict[str, str]:
     units = {"x": "m", "y": "m", "z": "m", "yaw": "rad", "force": "N", "stance": "1"}
