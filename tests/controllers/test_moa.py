@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from controllers.gains import Gain, UnobservableGainError, UnstableGainError, dcm, lqr, poles
-from controllers.gilbert_tan import MoaError, NotDeterminedError
+from controllers.gilbert_tan import MoaError, NotDeterminedError, cutting
 from controllers.moa import CentreOutsideError, MoaSet, regulator_set
 from controllers.support import SupportPolygon
 from tests.controllers.stances import GAINS, PENDULUM, STANCES, reach_along
@@ -90,6 +90,21 @@ def test_t_star_is_that_of_gilbert_and_tan_and_no_row_is_redundant(
     assert len(moa.a) == len(moa.polygon.v) * (t_star + 1)
     # The hull of the dual points in 4-D, which the construction does not use for equal axes.
     np.testing.assert_array_equal(moa.polytope.irredundant(), np.arange(len(moa.a)))
+
+
+@pytest.mark.parametrize("gain", ["lqr", "lqr complex"])
+def test_no_cutting_row_is_left_out_where_the_polygon_is_lopsided(gain: str) -> None:
+    """Yawed feet and a centre near an edge: each edge has a last sample of its own."""
+    polygon = STANCES["yawed"]
+    moa = regulator_set(PENDULUM, GAINS[gain], polygon, polygon.centre + np.array([0.02, -0.03]))
+    room = polygon.v - polygon.M @ moa.centre
+    cuts, _ = cutting(-polygon.M @ moa.gain.F, room, moa.gain.closed_loop(PENDULUM), gain, 1000)
+    needed = set(zip(*(axis.tolist() for axis in np.nonzero(cuts)), strict=True))
+    kept = set(zip(moa.sample.tolist(), moa.edge.tolist(), strict=True))
+    assert needed <= kept
+    assert len({int(moa.sample[moa.edge == j].max()) for j in range(len(room))}) > 1
+    # What is kept in excess is exact, only not needed; it stays a few rows.
+    assert len(kept - needed) < 0.1 * len(kept)
 
 
 def test_rows_are_those_of_the_paper() -> None:

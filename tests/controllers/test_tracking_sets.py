@@ -39,7 +39,7 @@ def all_sets() -> dict[str, TrackingSets]:
 
 
 NAMES = [*PLAIN, "dcm, then lqr", "dcm, then dcm beside", "lqr, then beside"]
-PHASES = [0, 1, 19, 37, 85, 155, 399, 400]
+PHASES = [0, 19, 37, 155, 399, 400]
 
 
 def simulated(sets: TrackingSets, k: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -113,7 +113,7 @@ def explicit_rows(sets: TrackingSets, k: int) -> dict[tuple[int, int], tuple[np.
 
 
 @pytest.mark.parametrize("name", ["lqr", "dcm", "dcm, then lqr", "dcm, then dcm beside"])
-@pytest.mark.parametrize("k", [0, 37, 250, 391, 400])
+@pytest.mark.parametrize("k", [0, 250, 391, 400])
 def test_rows_are_those_of_the_paper_and_the_missing_ones_cut_nothing(
     all_sets: dict[str, TrackingSets], name: str, k: int
 ) -> None:
