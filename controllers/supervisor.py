@@ -41,6 +41,7 @@ class Supervisor:
     and nothing else.
 
     Attributes:
+        robot: whom it balances.
         decisions: every choice since `reset`, with its grounds.
         regulator: the regulator of the latest double support.
         tracker: the tracker in charge, or None.
@@ -50,7 +51,7 @@ class Supervisor:
     def __init__(
         self, robot: Robot, pendulum: Pendulum, gain: Gain, options: SteppingOptions, *, may_step: bool = True
     ) -> None:
-        self._robot = robot
+        self.robot = robot
         self._pendulum = pendulum
         self._gain = gain
         self._options = options
@@ -124,7 +125,7 @@ class Supervisor:
             self._inner = self._support().shrunk(EDGE)
 
     def _foot(self, state: FootState) -> Foot:
-        return Foot(position=state.position[:2], yaw=state.yaw, sole=self._robot.sole_vertices["left"])
+        return Foot(position=state.position[:2], yaw=state.yaw, sole=self.robot.sole_vertices["left"])
 
     def _support(self) -> SupportPolygon:
         swing = None if self.tracker is None else self.tracker.swing

@@ -13,7 +13,7 @@ import placo
 from numpy.typing import NDArray
 
 from controllers.signals import BalanceCommand, FootReference, JointTargets, Observation
-from controllers.whole_body import PlacoModel
+from controllers.whole_body_placo import PlacoModel
 from models.arena import SIDES
 from models.robot import Robot, Side
 

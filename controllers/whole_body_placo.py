@@ -1,0 +1,64 @@
+"""The robot in placo: the same file as in MuJoCo, and the differences between the two libraries."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+import placo
+from numpy.typing import NDArray
+
+from models.robot import Robot
+
+Array = NDArray[np.float64]
+
+
+class PlacoModel:
+    """The robot's MJCF in placo, kept at the measured state.
+
+    MuJoCo and placo (pinocchio) differ in the order of the quaternion and in the frame of the base's linear
+    velocity; only this class knows.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        with _quiet_stdout():
+            self.wrapper = placo.RobotWrapper(str(robot.path), placo.Flags.mjcf + placo.Flags.ignore_collisions)
+        names = [name for name in self.wrapper.joint_names()]
+        if tuple(names) != robot.joint_names:
+            raise AssertionError("placo and MuJoCo must list the joints in the same order")
+        self._q = self.wrapper.state.q.copy()
+        self._qd = self.wrapper.state.qd.copy()
+
+    def set_state(self, configuration: Array, velocity: Array) -> None:
+        """Take over a configuration and velocity in MuJoCo's order (see `Observation`)."""
+        q, qd = self._q, self._qd
+        w, x, y, z = configuration[3:7].tolist()
+        q[:3] = configuration[:3]
+        q[3], q[4], q[5], q[6] = x, y, z, w
+        q[7:] = configuration[7:]
+        vx, vy, vz = velocity[:3].tolist()
+        # columns of the rotation matrix of (w, x, y, z): world velocity seen in the base
+        qd[0] = (1 - 2 * (y * y + z * z)) * vx + 2 * (x * y + w * z) * vy + 2 * (x * z - w * y) * vz
+        qd[1] = 2 * (x * y - w * z) * vx + (1 - 2 * (x * x + z * z)) * vy + 2 * (y * z + w * x) * vz
+        qd[2] = 2 * (x * z + w * y) * vx + 2 * (y * z - w * x) * vy + (1 - 2 * (x * x + y * y)) * vz
+        qd[3:] = velocity[3:]
+        state = self.wrapper.state
+        state.q, state.qd = q, qd
+        self.wrapper.update_kinematics()
+
+
+@contextlib.contextmanager
+def _quiet_stdout() -> Iterator[None]:
+    """placo announces each file on the process's standard output; keep that out of ours."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    with open(os.devnull, "wb") as sink:
+        os.dup2(sink.fileno(), 1)
+        try:
+            yield
+        finally:
+            os.dup2(kept, 1)
+            os.close(kept)

@@ -1,0 +1,113 @@
+"""One episode: observe, decide, act, record, until it is over."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from models.robot import Robot, load_robot
+from scenarios.library import check_against
+from scenarios.schema import Scenario
+from sim.brain import Brain, make_brain
+from sim.outcome import Outcome, judge
+from sim.plant import Plant, make_plant
+from sim.recording import PushRecord, Recording, decision_as_dict
+from sim.set_polygons import SetPolygon
+from sim.trace import Trace
+
+
+@dataclass(frozen=True, kw_only=True)
+class EpisodeResult:
+    """All that an episode leaves behind.
+
+    Attributes:
+        scenario: as run.
+        robot: whom it happened to.
+        trace: a row a control tick.
+        outcome: judged from the trace alone.
+        decisions: what was decided, when and why; JSON types.
+        pushes: what became of each push.
+        set_polygons: the MOA sets at the end of each push, for drawing.
+        real_time_factor: simulated time / wall time of the loop, pictures excluded.
+    """
+
+    scenario: Scenario
+    robot: Robot
+    trace: Trace
+    outcome: Outcome
+    decisions: list[dict[str, Any]]
+    pushes: list[PushRecord]
+    set_polygons: tuple[SetPolygon, ...]
+    real_time_factor: float
+
+
+def run_episode(
+    scenario: Scenario,
+    *,
+    progress: Callable[[float], None] | None = None,
+    brain: Brain | None = None,
+    polygons: bool = True,
+) -> EpisodeResult:
+    """Run a scenario.
+
+    Args:
+        scenario: what happens.
+        progress: called now and then with the simulated time [s].
+        brain: a controller of your own; None for the one that the scenario names.
+        polygons: whether to work out the sets' outlines for the figure.
+
+    Raises:
+        InputError: if the scenario asks for what its robot does not have.
+    """
+    robot = load_robot(scenario.robot)
+    check_against(scenario, robot)
+    plant = make_plant(scenario, robot)
+    brain = brain or make_brain(scenario, robot)
+    brain.reset()
+    recording = Recording(scenario, plant, polygons=polygons)
+    begin = time.perf_counter()
+    ticks = 0
+    for tick in range(scenario.ticks):
+        ticks = tick + 1
+        if run_tick(plant, brain, recording):
+            break
+        if progress is not None and tick % 100 == 0:
+            progress(ticks * scenario.timing.control)
+    wall = time.perf_counter() - begin - recording.aside
+    trace = recording.trace()
+    pushes = recording.pushes(plant, brain.decisions, brain)
+    return EpisodeResult(
+        scenario=scenario,
+        robot=robot,
+        trace=trace,
+        outcome=judge(trace),
+        decisions=[decision_as_dict(decision) for decision in brain.decisions],
+        pushes=pushes,
+        set_polygons=recording.set_polygons,
+        real_time_factor=ticks * scenario.timing.control / wall,
+    )
+
+
+def run_tick(plant: Plant, brain: Brain, recording: Recording) -> bool:
+    """One control tick: observe, decide, act, record; True if the episode may end."""
+    observation = plant.observe()
+    condition = plant.condition()
+    command = brain.command(observation)
+    over = recording.see(observation, condition, command, brain)
+    before = plant.ledger.delivered.copy()
+    effort = plant.advance(observation, command)
+    recording.close(effort, *pushed(plant, before, recording))
+    return over
+
+
+def pushed(plant: Plant, before: np.ndarray, recording: Recording) -> tuple[np.ndarray, np.ndarray | None]:
+    """Mean force (3,) of the push in the tick just run [N], from the delivered impulse, and where it acts now."""
+    booked = plant.ledger.delivered - before
+    acting = np.flatnonzero(booked.any(axis=1))
+    if len(acting) == 0:
+        return np.zeros(3), None
+    return booked[acting].sum(axis=0) / recording.period, plant.push_point(int(acting[-1]))
