@@ -14,7 +14,7 @@ from scenarios.library import check_against
 from scenarios.schema import Scenario
 from sim.brain import Brain, make_brain
 from sim.outcome import Outcome, judge
-from sim.plant import Plant, make_plant
+from sim.plant import Effort, Plant, make_plant
 from sim.recording import PushRecord, Recording, decision_as_dict
 from sim.set_polygons import SetPolygon
 from sim.trace import Trace
@@ -93,18 +93,20 @@ def run_episode(
 
 
 def run_tick(plant: Plant, brain: Brain, recording: Recording) -> bool:
-    """One control tick: observe, decide, act, record; True if the episode may end."""
+    """One control tick: observe, decide, act, record; True if the episode ends here, before acting."""
     observation = plant.observe()
     condition = plant.condition()
     command = brain.command(observation)
-    over = recording.see(observation, condition, command, brain)
+    if recording.see(observation, condition, command, brain):
+        recording.close(Effort(), np.zeros(3), None)
+        return True
     before = plant.ledger.delivered.copy()
     effort = plant.advance(observation, command)
-    recording.close(effort, *pushed(plant, before, recording))
-    return over
+    recording.close(effort, *_pushed(plant, before, recording))
+    return False
 
 
-def pushed(plant: Plant, before: np.ndarray, recording: Recording) -> tuple[np.ndarray, np.ndarray | None]:
+def _pushed(plant: Plant, before: np.ndarray, recording: Recording) -> tuple[np.ndarray, np.ndarray | None]:
     """Mean force (3,) of the push in the tick just run [N], from the delivered impulse, and where it acts now."""
     booked = plant.ledger.delivered - before
     acting = np.flatnonzero(booked.any(axis=1))

@@ -30,6 +30,10 @@ class PushedPhysics(dm_mujoco.Physics):
     steps_done: int
     bodies: list[int]
 
+    def after_reset(self) -> None:
+        """Work out the first observation with the servos on, which hold the initial pose already."""
+        self.forward()
+
     def plan_pushes(self, ledger: PushLedger) -> None:
         """Take a schedule of pushes, from physics step 0 on."""
         self.ledger = ledger
@@ -99,23 +103,28 @@ class HumanoidWorld:
         self.reset()
 
     def reset(self) -> None:
-        """Put the robot into its stand, varied by the scenario's seed, with the servos holding it."""
-        ledger = PushLedger(schedule(self._scenario.pushes, self._scenario.timing.physics, self.robot.mass),
-                            self._scenario.timing.physics)
-        self.physics.plan_pushes(ledger)
-        model, data = self._model, self._data
+        """Start the episode anew."""
+        with self.physics.reset_context():
+            self.arrange()
+
+    def arrange(self) -> None:
+        """Put the robot into its stand, varied by the scenario's seed, with the servos holding it.
+
+        To be called within a `reset_context` of the physics, as `reset` and dm_control's environments do.
+        """
+        scenario, model, data = self._scenario, self._model, self._data
+        period = scenario.timing.physics
+        self.physics.plan_pushes(PushLedger(schedule(scenario.pushes, period, self.robot.mass), period))
         mujoco.mj_resetDataKeyframe(model, data, model.key(STAND).id)
-        rng = np.random.default_rng(self._scenario.seed)
-        offset = rng.normal(0.0, self._scenario.variation.pose, len(self.robot.joint_names))
+        rng = np.random.default_rng(scenario.seed)
+        offset = rng.normal(0.0, scenario.variation.pose, len(self.robot.joint_names))
         low, high = self.robot.joint_range.T
         data.qpos[7:] = np.clip(data.qpos[7:] + offset, low, high)
-        mujoco.mj_forward(model, data)
+        mujoco.mj_kinematics(model, data)
         # The varied legs must neither hover nor sink: the lower sole touches the floor.
         data.qpos[2] -= min(float(data.site_xpos[site][2]) for site in self._site.values())
-        controls = np.zeros((len(self.robot.joint_names), 3))
-        controls[:, 0] = data.qpos[7:]
-        data.ctrl[self._servo] = controls
-        mujoco.mj_forward(model, data)
+        still = np.zeros(len(self.robot.joint_names))
+        self.set_targets(JointTargets(position=data.qpos[7:], velocity=still, torque=still))
         self.ticks = 0
 
     @property
@@ -148,11 +157,18 @@ class HumanoidWorld:
             velocity=data.qvel.copy(),
         )
 
+    def set_targets(self, targets: JointTargets) -> None:
+        """Give the servos their targets."""
+        self._data.ctrl[self._servo] = np.column_stack([targets.position, targets.velocity, targets.torque])
+
     def apply(self, targets: JointTargets) -> None:
         """Give the servos their targets and run one control period."""
-        controls = np.column_stack([targets.position, targets.velocity, targets.torque])
-        self._data.ctrl[self._servo] = controls
+        self.set_targets(targets)
         self.physics.step(self.substeps)
+        self.tick_done()
+
+    def tick_done(self) -> None:
+        """Count a control period that the physics has run."""
         self.ticks += 1
 
     def trunk_tilt(self) -> float:
