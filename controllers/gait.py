@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from controllers.footholds import StepLimits, nominal_footholds, reach_rows
-from controllers.gait_program import Phase, PlanningError, knot_ticks, solve
+from controllers.footholds import StepLimits, nominal_footholds
+from controllers.gait_phases import StepPhases, step_phases
+from controllers.gait_program import PlanningError, solve
 from controllers.pendulum import Pendulum
 from controllers.reference import Reference
 from controllers.support import Foot, Point, SupportPolygon, support_polygon
 from models.robot import Side, other
-
-# Single support decides the plan and is short; the final double support only has to come to rest.
-_STEP_KNOT = 0.025
-_SETTLE_KNOT = 0.050
-# After the last landing the ZMP goes to the landed foot, where a push is stopped farthest out (Koolen's
-# one-step limit), and returns to the middle between these fractions of the settling time. Of fourteen
-# schedules this one caught the largest pushes forward and sideways.
-_RETURN = (0.4, 0.7)
 
 # Beyond kilometres (and for NaN) the rounding of a plan is larger than the robot.
 _FARTHEST = 1e4
@@ -85,136 +76,59 @@ def plan_steps(
     """
     x0 = np.array(x0, dtype=float)
     swing = tuple(swing)
-    first = step_time if swing_time_left is None else max(swing_time_left, 0.0)
-    times = (step_time, first, zmp_margin, settle_time)
-    if x0.shape != (4,) or not (np.abs(x0).max() < _FARTHEST and all(map(math.isfinite, times))):
-        raise PlanningError(f"a plan needs finite times and a state (4,) of a robot in sight, got {x0!r}")
-    if min(step_time, settle_time) < pendulum.dt or any(a == b for a, b in itertools.pairwise(swing)):
-        raise PlanningError(f"steps must alternate and times reach one period, got {swing}, {step_time} s")
-
-    dt = pendulum.dt
-    settle = max(1, round(settle_time / dt))
-    settle_knots = knot_ticks(settle, max(1, round(_SETTLE_KNOT / dt)))
-    if not swing:
-        return _settle(pendulum, x0, feet, settle_knots, step_time, zmp_margin)
-
-    ticks = [max(1, round(t / dt)) for t in (first, *[step_time] * (len(swing) - 1))]
-    start = feet[swing[0]].position if swing_position is None else np.array(swing_position, dtype=float)
-    soles = {side: _sole(foot.yaw, foot.sole.tobytes()) for side, foot in feet.items()}
-    stances: tuple[Side, ...] = tuple(other(side) for side in swing)
-    standing = feet[stances[0]].position
-    phases = []
-    for i, side in enumerate(stances):
-        # Step i stands on foothold i - 1; the first on the foot that is on the floor now.
-        share = np.zeros(len(swing))
-        share[i - 1 : i] = 1.0
-        sole = soles[side]
-        phases.append(
-            Phase(
-                ticks=knot_ticks(ticks[i], max(1, round(_STEP_KNOT / dt))),
-                M=sole.M,
-                h=sole.v,
-                base=standing if i == 0 else np.zeros(2),
-                share=share,
-                middle=sole.centre,
-            )
-        )
-    end = np.zeros(len(swing))
-    end[-2:] = 0.5
-    fixed = standing if len(swing) == 1 else np.zeros(2)
-    phases.append(_double_support(settle_knots, soles[stances[-1]], soles[swing[-1]], fixed, len(swing)))
+    if x0.shape != (4,) or not (np.abs(x0).max() < _FARTHEST and math.isfinite(zmp_margin)):
+        raise PlanningError(f"a plan needs a finite margin and a state (4,) of a robot in sight, got {x0!r}")
+    shape = step_phases(
+        pendulum,
+        feet,
+        swing,
+        step_time,
+        limits,
+        swing_time_left=swing_time_left,
+        swing_position=swing_position,
+        settle_time=settle_time,
+    )
+    nominal = (
+        nominal_footholds(pendulum, x0, feet, swing, shape.ticks, shape.soles, limits) if swing else np.zeros((0, 2))
+    )
     solution = solve(
         pendulum,
         x0,
-        phases,
-        end_base=0.5 * fixed,
-        end_share=end,
-        nominal=nominal_footholds(pendulum, x0, feet, swing, ticks, soles, limits),
-        reach=reach_rows(feet, swing, ticks, start, dt, limits),
+        shape.phases,
+        end_base=shape.end_base,
+        end_share=shape.end_share,
+        nominal=nominal,
+        reach=shape.reach,
         zmp_margin=zmp_margin,
     )
-
     footholds = tuple(feet[side].moved(p) for side, p in zip(swing, solution.footholds, strict=True))
-    places = [standing, *solution.footholds]
-    supports = [soles[side].moved(place) for side, place in zip(stances, places, strict=False)]
-    final = support_polygon([feet[stances[0]] if len(swing) == 1 else footholds[-2], footholds[-1]])
+    supports = true_supports(shape, feet, swing, footholds)
     reference = Reference.least_violated(
         pendulum=pendulum,
         xi=solution.xi,
         mu=solution.mu,
-        supports=(*supports, final),
-        support_of=np.repeat(np.arange(len(swing) + 1), [*ticks, settle]),
-        final=final,
+        supports=supports,
+        support_of=np.repeat(np.arange(len(swing) + 1), [*shape.ticks, shape.settle]),
+        final=supports[-1],
     )
     return StepPlan(
         reference=reference,
         slack=float(reference.margins().min()),
         footholds=footholds,
         swing=swing,
-        landings=tuple(int(k) for k in np.cumsum(ticks)),
+        landings=tuple(int(k) for k in np.cumsum(shape.ticks)),
         step_time=step_time,
     )
 
 
-@lru_cache(maxsize=64)
-def _sole(yaw: float, sole: bytes) -> SupportPolygon:
-    """Sole turned by `yaw` around the foot point; the plans of one tick share it."""
-    return support_polygon([Foot(position=np.zeros(2), yaw=yaw, sole=np.frombuffer(sole).reshape(-1, 2))])
-
-
-def _settle(
-    pendulum: Pendulum,
-    x0: np.ndarray,
-    feet: Mapping[Side, Foot],
-    knots: tuple[int, ...],
-    step_time: float,
-    zmp_margin: float,
-) -> StepPlan:
-    hull = support_polygon([feet["left"], feet["right"]])
-    middle = 0.5 * (feet["left"].position + feet["right"].position)
-    none = np.zeros((0, 2))
-    phase = Phase(ticks=knots, M=hull.M, h=hull.v, base=np.zeros(2), share=np.zeros(0), middle=middle)
-    solution = solve(
-        pendulum,
-        x0,
-        [phase],
-        end_base=middle,
-        end_share=np.zeros(0),
-        nominal=none,
-        reach=None,
-        zmp_margin=zmp_margin,
-    )
-    reference = Reference.least_violated(
-        pendulum=pendulum,
-        xi=solution.xi,
-        mu=solution.mu,
-        supports=(hull,),
-        support_of=np.zeros(len(solution.mu), dtype=np.intp),
-        final=hull,
-    )
-    slack = float(reference.margins().min())
-    return StepPlan(reference=reference, slack=slack, footholds=(), swing=(), landings=(), step_time=step_time)
-
-
-def _double_support(
-    knots: tuple[int, ...], old: SupportPolygon, new: SupportPolygon, fixed: np.ndarray, steps: int
-) -> Phase:
-    """Minkowski combination (1 - alpha) old + alpha new: inside the hull, and affine in the footholds."""
-    middles = (np.cumsum(knots) - 0.5 * np.array(knots)) / sum(knots)
-    alpha = np.interp(middles, _RETURN, (1.0, 0.5))
-    same = old.M.shape == new.M.shape and np.abs(old.M - new.M).max() < 1e-9
-    normals = old.M if same else np.vstack([old.M, new.M])
-    widths = [np.max(polygon.vertices @ normals.T, axis=0) for polygon in (old, new)]
-    share = np.zeros((len(knots), steps))
-    share[:, -1] = alpha
-    if steps > 1:
-        share[:, -2] = 1.0 - alpha
-    column = alpha[:, None]
-    return Phase(
-        ticks=knots,
-        M=normals,
-        h=(1.0 - column) * widths[0] + column * widths[1],
-        base=(1.0 - column) * fixed,
-        share=share,
-        middle=(1.0 - column) * old.centre + column * new.centre,
-    )
+def true_supports(
+    shape: StepPhases, feet: Mapping[Side, Foot], swing: Sequence[Side], footholds: Sequence[Foot]
+) -> tuple[SupportPolygon, ...]:
+    """Support polygon of each step and of the final double support, which is the whole hull of both feet."""
+    if not swing:
+        return (support_polygon([feet["left"], feet["right"]]),)
+    stances = [other(side) for side in swing]
+    places = [shape.standing, *(foothold.position for foothold in footholds)]
+    steps = [shape.soles[side].moved(place) for side, place in zip(stances, places, strict=False)]
+    last = feet[stances[0]] if len(swing) == 1 else footholds[-2]
+    return (*steps, support_polygon([last, footholds[-1]]))
