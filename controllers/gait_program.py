@@ -91,6 +91,16 @@ def _modes(rate: float, ticks: tuple[int, ...]) -> tuple[np.ndarray, float]:
     return rows, math.exp(-total)
 
 
+def end_modes(pendulum: Pendulum, ticks: tuple[int, ...]) -> tuple[np.ndarray, float]:
+    """What ZMP knots of `ticks` periods do to one axis until their end.
+
+    Returns:
+        rows (2, K) and a decay q: with the divergent mode d = p + pd/w and the convergent c = p - pd/w,
+        q d_end = d_0 + rows[0] z and c_end = q c_0 + rows[1] z.
+    """
+    return _modes(pendulum.omega * pendulum.dt, ticks)
+
+
 def solve(
     pendulum: Pendulum,
     x0: np.ndarray,
@@ -143,7 +153,7 @@ def solve(
     linear[foot:] = -_FOOTHOLD_WEIGHT * nominal.ravel()
 
     ticks = tuple(n for phase in phases for n in phase.ticks)
-    modes, decay = _modes(pendulum.omega * pendulum.dt, ticks)
+    modes, decay = end_modes(pendulum, ticks)
     scale = np.array([decay, 1.0])
     rates = x0[1::2] / pendulum.omega
     start = np.vstack([x0[0::2] + rates, decay * (x0[0::2] - rates)])
@@ -181,7 +191,7 @@ def _roll_out(
     residual = xi[-1] - pendulum.rest(end)
     if np.abs(residual).max() > 1e-9:
         last = ticks[len(ticks) // 2 :]
-        rows, decay = _modes(pendulum.omega * pendulum.dt, last)
+        rows, decay = end_modes(pendulum, last)
         modes = np.vstack([rows[0] / decay, rows[1]])
         rates = residual[1::2] / pendulum.omega
         miss = np.vstack([residual[0::2] + rates, residual[0::2] - rates])
