@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
@@ -143,7 +144,7 @@ def render(
     if match is None:
         raise InputError(f"--size: {size!r} is not of the form WxH, for instance 1280x720")
     if not folder.is_dir():
-        raise InputError(f"{str(folder)!r} is not a folder; it must be that of a run")
+        raise InputError(f"{str(folder)!r} is not a folder; it must be the folder of a run")
     from sim.trace import load_trace
 
     trace = load_trace(folder / run_folder.TRACE)
@@ -215,26 +216,27 @@ _COLOUR = {"recovered": "green", "fell": "red", "not_settled": "yellow"}
 def _report(name: str, result: EpisodeResult, folder: Path) -> None:
     console = Console(highlight=False)
     scenario, outcome = result.scenario, result.outcome
-    how = f"{scenario.world}, {scenario.controller}, seed {scenario.seed}"
+    title = f"{name} ({scenario.world}, {scenario.controller}, seed {scenario.seed})"
     if result.pushes:
-        table = Table(title=f"{name} ({how})", title_justify="left")
+        table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 0), pad_edge=False)
         for heading in ("push at", "direction", "impulse", "Δv"):
-            table.add_column(heading, justify="right")
-        for heading in ("in regulator set", "in tracking set", "chosen"):
-            table.add_column(heading)
-        for push in result.pushes:
+            table.add_column(heading, justify="right", no_wrap=True)
+        for heading in ("regulator\nset", "tracking\nset", "chosen", "outcome"):
+            table.add_column(heading, no_wrap=True)
+        for push, ending in zip(result.pushes, endings(result), strict=True):
             table.add_row(
                 f"{push.start:g} s",
                 f"{push.direction_deg:.0f}°",
                 f"{push.asked_impulse:.2f} N s",
                 f"{push.delta_v:.2f} m/s",
-                _yes_or_no(push.in_regulator_set),
-                _yes_or_no(push.in_tracking_set),
-                push.chosen if push.reached else "not reached",
+                _in_or_out(push.in_regulator_set),
+                _in_or_out(push.in_tracking_set),
+                push.chosen,
+                ending,
             )
         console.print(table)
     else:
-        console.print(f"{name} ({how})")
+        console.print(title)
     steps = f"{outcome.steps_taken} step{'' if outcome.steps_taken == 1 else 's'}"
     when = f" at {outcome.time_of_fall:.2f} s" if outcome.time_of_fall is not None else ""
     verdict = outcome.result.value.replace("_", " ")
@@ -243,5 +245,16 @@ def _report(name: str, result: EpisodeResult, folder: Path) -> None:
     console.print("open " + "\n     ".join(str(file) for file in reversed(files)), soft_wrap=True)
 
 
-def _yes_or_no(member: bool | None) -> str:
-    return "-" if member is None else "yes" if member else "no"
+def _in_or_out(member: bool | None) -> str:
+    return "-" if member is None else "in" if member else "out"
+
+
+def endings(result: EpisodeResult) -> list[str]:
+    """What became of each push: it "stood" until the next one, "fell" before it, or the push was "not reached".
+
+    The last push that was reached takes the outcome of the episode.
+    """
+    begun = [push for push in result.pushes if push.start <= result.trace.time[-1]]
+    verdict = result.outcome.result.value.replace("_", " ")
+    missed = len(result.pushes) - len(begun)
+    return ["stood"] * (len(begun) - 1) + [verdict] * bool(begun) + ["not reached"] * missed

@@ -1,0 +1,31 @@
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+BIN := .venv/bin
+READY := .venv/ready
+
+.PHONY: install demo test bench lint clean
+
+install: $(READY)
+
+$(READY): pyproject.toml constraints.txt
+	@echo "installing into .venv; the first time this downloads some 500 MB"
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt setuptools wheel
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev]'
+	@touch $@
+
+demo: install
+	$(BIN)/okiagari run three_pushes --world pendulum --out out/demo/pendulum --overwrite
+	$(BIN)/okiagari run three_pushes --world humanoid --out out/demo/humanoid --overwrite
+
+test: install
+	$(BIN)/python -m pytest
+
+bench: install
+	$(BIN)/python -m sim.bench
+
+lint: install
+	$(BIN)/ruff check
+	$(BIN)/mypy
+
+clean:
+	rm -rf .venv build out *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
