@@ -19,8 +19,9 @@ CONTACT_SOLREF = (0.005, 1.0)
 CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 FLOOR_FRICTION = (0.8, 0.01, 0.001)
 
-# MuJoCo's codes of a contact sensor: data = found | force | torque | pos (bits 0, 1, 2, 4), reduce = netforce, one slot.
+# MuJoCo's codes of a contact sensor: data (bits found 0, force 1, torque 2, pos 4), reduction (3 = net force), slots.
 _SOLE_SENSOR = (1 | 2 | 4 | 16, 3, 1)
+_COUNT_SENSOR = (1, 3, 1)
 
 
 def build_arena(robot_xml: Path, *, timestep: float = 0.001) -> mujoco.MjSpec:
@@ -32,7 +33,7 @@ def build_arena(robot_xml: Path, *, timestep: float = 0.001) -> mujoco.MjSpec:
 
     Returns:
         An uncompiled `mujoco.MjSpec` with the floor, a contact sensor `<side>_sole` for each sole (its net floor
-        force, torque and point), lights and the cameras of `CAMERAS`.
+        force, torque and point), one `floor` that counts all contacts with it, lights and the cameras of `CAMERAS`.
 
     Raises:
         InputError: if the file cannot be read as a robot.
@@ -102,6 +103,14 @@ def _add_sole_sensors(spec: mujoco.MjSpec) -> None:
             refname=FLOOR,
             intprm=_SOLE_SENSOR,
         )
+    spec.add_sensor(
+        name=FLOOR,
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=mujoco.mjtObj.mjOBJ_GEOM,
+        objname=FLOOR,
+        reftype=mujoco.mjtObj.mjOBJ_UNKNOWN,
+        intprm=_COUNT_SENSOR,
+    )
 
 
 def _add_lights_and_cameras(spec: mujoco.MjSpec) -> None:

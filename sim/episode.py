@@ -7,14 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from models.robot import Robot, load_robot
 from scenarios.library import check_against
 from scenarios.schema import Scenario
 from sim.brain import Brain, make_brain
 from sim.outcome import Outcome, judge
-from sim.plant import Effort, Plant, make_plant
+from sim.plant import Plant, make_plant
 from sim.recording import PushRecord, Recording, decision_as_dict
 from sim.set_polygons import SetPolygon
 from sim.trace import Trace
@@ -98,18 +96,6 @@ def run_tick(plant: Plant, brain: Brain, recording: Recording) -> bool:
     condition = plant.condition()
     command = brain.command(observation)
     if recording.see(observation, condition, command, brain):
-        recording.close(Effort(), np.zeros(3), None)
         return True
-    before = plant.ledger.delivered.copy()
-    effort = plant.advance(observation, command)
-    recording.close(effort, *_pushed(plant, before, recording))
+    recording.close(plant.advance(observation, command), plant)
     return False
-
-
-def _pushed(plant: Plant, before: np.ndarray, recording: Recording) -> tuple[np.ndarray, np.ndarray | None]:
-    """Mean force (3,) of the push in the tick just run [N], from the delivered impulse, and where it acts now."""
-    booked = plant.ledger.delivered - before
-    acting = np.flatnonzero(booked.any(axis=1))
-    if len(acting) == 0:
-        return np.zeros(3), None
-    return booked[acting].sum(axis=0) / recording.period, plant.push_point(int(acting[-1]))

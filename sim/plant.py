@@ -27,15 +27,13 @@ class Effort:
 
     Attributes:
         solver_failed: the whole-body solver found no answer.
-        torque_use, speed_use: peak over the joints of |torque| / stall torque and |speed| / no-load speed; NaN for
-            the pendulum.
-        saturated: joints whose motor gave all it could.
+        torque: (n,) of the motors at its end [N m]; None for the pendulum.
+        speed: (n,) of the motors at its end [rad/s]; None for the pendulum.
     """
 
     solver_failed: bool = False
-    torque_use: float = math.nan
-    speed_use: float = math.nan
-    saturated: int = 0
+    torque: Array | None = None
+    speed: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,10 +138,8 @@ class HumanoidPlant:
 
 def effort(world: HumanoidWorld, targets: JointTargets) -> Effort:
     """How the last tick went for the humanoid's motors."""
-    torque_use, speed_use, saturated = world.motor_use()
-    return Effort(
-        solver_failed=targets.solver_failed, torque_use=torque_use, speed_use=speed_use, saturated=saturated
-    )
+    torque, speed = world.motor_state()
+    return Effort(solver_failed=targets.solver_failed, torque=torque, speed=speed)
 
 
 def whole_body_layer(scenario: Scenario, robot: Robot) -> WholeBody:

@@ -49,14 +49,18 @@ class PushLedger:
 
     Attributes:
         delivered: (n_pushes, 3) impulse so far [N s], summed from the forces that the physics was given.
+        acting: the push that was last booked since `take`, or None.
     """
 
     scheduled: tuple[ScheduledPush, ...]
     dt: float
     delivered: Array = field(init=False)
+    acting: int | None = field(init=False, default=None)
+    _since: Array = field(init=False)
 
     def __post_init__(self) -> None:
         self.delivered = np.zeros((len(self.scheduled), 3))
+        self._since = np.zeros(3)
 
     def active(self, first: int, beyond: int) -> int | None:
         """Index of the push that acts in any of the physics steps [first, beyond), or None."""
@@ -72,4 +76,15 @@ class PushLedger:
 
     def book(self, index: int, force: Array) -> None:
         """Account for a force that the physics held for one step."""
-        self.delivered[index] += force * self.dt
+        impulse = force * self.dt
+        self.delivered[index] += impulse
+        self._since += impulse
+        self.acting = index
+
+    def take(self) -> tuple[int, Array] | None:
+        """Which push acted since the last call, and its impulse (3,) since then [N s]; None if none did."""
+        if self.acting is None:
+            return None
+        taken = self.acting, self._since
+        self.acting, self._since = None, np.zeros(3)
+        return taken

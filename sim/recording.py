@@ -26,6 +26,10 @@ from sim.versions import commit, versions
 Array = NDArray[np.float64]
 
 
+# A motor within this share of its stall torque of the torque-speed line gives all it can.
+AT_LIMIT = 1e-3
+
+
 @dataclass(frozen=True, kw_only=True)
 class PushRecord:
     """What a push was, did and was answered with.
@@ -87,13 +91,17 @@ class Recording:
         last = max((push.end for push in scenario.pushes), default=None)
         self._early = EarlyEnd(self._recorder.index, cog_height=robot.cog_height, last_push=last)
         self._ended: dict[int, dict[str, Any]] = {}
-        self._support: tuple[Array, SupportPolygon] | None = None
+        self._support: tuple[list[float], SupportPolygon] | None = None
         self._row = np.empty(0)
+        motors = (scenario.ticks, 0 if joints is None else len(joints))
+        self._torque, self._speed = np.zeros(motors), np.zeros(motors)
+        self._ticks = 0
 
     def see(self, observation: Observation, condition: Condition, command: BalanceCommand, brain: Brain) -> bool:
         """Write the state and the command of this tick; True if the episode may end here."""
         at, row = self._at, self._recorder.row()
         self._row = row
+        row[at.push : at.push + 3] = 0.0
         x = observation.balance_state()
         row[at.time] = observation.time
         row[at.cog : at.cog + 3] = observation.cog
@@ -119,19 +127,23 @@ class Recording:
         self._note_ended_pushes(observation, x, brain)
         return self._early.update(row)
 
-    def close(self, effort: Effort, force: Array, point: Array | None) -> None:
-        """Write how the tick went: the mean force (3,) of the push [N], where it acted, and the motors."""
+    def close(self, effort: Effort, plant: Plant) -> None:
+        """Write how the tick went: the mean force of the push, where it acted, and the motors."""
         at, row = self._at, self._row
-        row[at.push : at.push + 3] = force
-        if point is not None:
-            row[at.push + 3 : at.push + 6] = point
+        pushed = plant.ledger.take()
+        if pushed is not None:
+            index, impulse = pushed
+            row[at.push : at.push + 3] = impulse / self.period
+            row[at.push + 3 : at.push + 6] = plant.push_point(index)
         row[at.effort] = effort.solver_failed
-        row[at.effort + 1] = effort.torque_use
-        row[at.effort + 2] = effort.speed_use
-        row[at.effort + 3] = effort.saturated
+        if effort.torque is not None:
+            self._torque[self._ticks] = effort.torque
+            self._speed[self._ticks] = effort.speed
+        self._ticks += 1
 
     def trace(self) -> Trace:
         """The record so far."""
+        self._recorder.fill(self._motor_use())
         return self._recorder.trace(
             {
                 "scenario": self._scenario.as_dict(),
@@ -141,6 +153,22 @@ class Recording:
                 "seed": self._scenario.seed,
             }
         )
+
+    def _motor_use(self) -> dict[str, Array]:
+        """Peaks over the joints, for each tick that ran, worked out for all of them at once."""
+        if not self._torque.size:
+            return {}
+        robot, ticks = self._robot, self._ticks
+        torque, speed = self._torque[:ticks], self._speed[:ticks]
+        effort = np.abs(torque) / robot.stall_torque
+        share = np.abs(speed) / robot.no_load_speed
+        # A motor that drives has less torque the faster it turns; one that brakes has all of it.
+        most = np.where(torque * speed > 0.0, np.maximum(1.0 - share, 0.0), 1.0)
+        return {
+            "torque_use": effort.max(axis=1),
+            "speed_use": share.max(axis=1),
+            "saturated": np.count_nonzero(effort >= most - AT_LIMIT, axis=1).astype(np.float64),
+        }
 
     def pushes(self, plant: Plant, decisions: list[Decision], brain: Brain) -> list[PushRecord]:
         """What became of each push."""
@@ -197,12 +225,13 @@ class Recording:
         feet = [foot for side in SIDES if (foot := observation.feet[side]).force > 0.0]
         if not feet or math.isnan(observation.zmp[0]):
             return math.nan
-        key = np.array([value for foot in feet for value in (*foot.position[:2], foot.yaw)])
-        if self._support is None or len(key) != len(self._support[0]) or np.abs(key - self._support[0]).max() > 1e-4:
+        key = [value for foot in feet for value in (*foot.position[:2].tolist(), foot.yaw)]
+        known = self._support
+        if known is None or len(key) != len(known[0]) or any(abs(a - b) > 1e-4 for a, b in zip(key, known[0], strict=True)):
             sole = self._robot.sole_vertices["left"]
             soles = [Foot(position=foot.position[:2], yaw=foot.yaw, sole=sole) for foot in feet]
-            self._support = key, support_polygon(soles)
-        return self._support[1].slack(observation.zmp)
+            self._support = known = key, support_polygon(soles)
+        return known[1].slack(observation.zmp)
 
 
 class _Columns:

@@ -177,6 +177,11 @@ class TraceRecorder:
         self._count += 1
         return row
 
+    def fill(self, columns: Mapping[str, Array]) -> None:
+        """Write whole channels, one value for each of the first rows."""
+        for name, values in columns.items():
+            self._values[: len(values), self.index[name]] = values
+
     def trace(self, metadata: Mapping[str, Any]) -> Trace:
         """The rows so far as a trace."""
         return Trace(values=self._values[: self._count], units=self._units, metadata=metadata)

@@ -98,7 +98,9 @@ class HumanoidWorld:
         self._site: dict[Side, int] = {side: model.site(f"{side}_sole").id for side in SIDES}
         self._sole_at: dict[Side, int] = {side: int(model.sensor(f"{side}_sole").adr[0]) for side in SIDES}
         self._servo = _servo_columns(model)
-        self._foreign = _foreign_contacts(model)
+        self._motor = _motor_order(model)
+        self._floor_at = int(model.sensor(FLOOR).adr[0])
+        self._controls = np.zeros((len(robot.joint_names), 3))
         self.ticks = 0
         self.reset()
 
@@ -135,23 +137,23 @@ class HumanoidWorld:
     def observe(self) -> Observation:
         """What the controllers see now; arrays are copies."""
         data = self._data
-        force, zmp, feet = 0.0, [0.0, 0.0], {}
+        total, moment_x, moment_y, feet = 0.0, 0.0, 0.0, {}
         for side, site in self._site.items():
             at = self._sole_at[side]
-            found, _, _, _, _, _, _, px, py, _ = data.sensordata[at : at + 10].tolist()
-            normal = self._normal_force(at) if found else 0.0
-            force += normal
-            zmp[0] += normal * px
-            zmp[1] += normal * py
-            matrix = data.site_xmat[site]
-            feet[side] = FootState(
-                position=data.site_xpos[site].copy(), yaw=math.atan2(matrix[3], matrix[0]), force=normal
-            )
+            # found, net force of the sole on the floor (3), torque (3), point (3), in the world frame
+            _, _, _, down, _, _, _, px, py, _ = data.sensordata[at : at + 10].tolist()
+            normal = -down
+            total += normal
+            moment_x += normal * px
+            moment_y += normal * py
+            cos, _, _, sin = data.site_xmat[site, :4].tolist()
+            feet[side] = FootState(position=data.site_xpos[site].copy(), yaw=math.atan2(sin, cos), force=normal)
+        loaded = total > 1e-6
         return Observation(
             time=self.time,
             cog=data.subtree_com[self._trunk].copy(),
             cog_velocity=data.subtree_linvel[self._trunk].copy(),
-            zmp=np.array([zmp[0] / force, zmp[1] / force]) if force > 1e-6 else np.full(2, math.nan),
+            zmp=np.array([moment_x / total, moment_y / total] if loaded else [math.nan, math.nan]),
             feet=feet,
             configuration=data.qpos.copy(),
             velocity=data.qvel.copy(),
@@ -159,7 +161,9 @@ class HumanoidWorld:
 
     def set_targets(self, targets: JointTargets) -> None:
         """Give the servos their targets."""
-        self._data.ctrl[self._servo] = np.column_stack([targets.position, targets.velocity, targets.torque])
+        controls = self._controls
+        controls[:, 0], controls[:, 1], controls[:, 2] = targets.position, targets.velocity, targets.torque
+        self._data.ctrl[self._servo] = controls.ravel()
 
     def apply(self, targets: JointTargets) -> None:
         """Give the servos their targets and run one control period."""
@@ -177,36 +181,24 @@ class HumanoidWorld:
 
     def other_contact(self) -> bool:
         """Whether anything but a sole touches the floor."""
-        geoms = self._data.contact.geom
-        return bool(self._foreign[geoms[:, 0], geoms[:, 1]].any()) if len(geoms) else False
+        counts = self._data.sensordata
+        soles = counts[self._sole_at["left"]] + counts[self._sole_at["right"]]
+        return bool(counts[self._floor_at] > soles)
 
-    def motor_use(self) -> tuple[float, float, int]:
-        """Peak |torque| / stall torque, peak |speed| / no-load speed, and how many motors give all they can."""
-        robot = self.robot
-        torque = self._data.actuator_force
-        share = np.abs(self._data.qvel[6:]) / robot.no_load_speed
-        effort = np.abs(torque) / robot.stall_torque
-        driving = torque * self._data.qvel[6:] > 0.0
-        line = np.where(driving, 1.0 - share, 1.0)
-        return float(effort.max()), float(share.max()), int(np.count_nonzero(effort >= np.maximum(line, 0.0) - 1e-3))
-
-    def _normal_force(self, at: int) -> float:
-        # The sensor's force is what the sole gives to the floor along the contact frame, whose first axis it is.
-        return abs(float(self._data.sensordata[at + 3]))
+    def motor_state(self) -> tuple[Array, Array]:
+        """(n,) torque [N m] and (n,) speed [rad/s] of the motors, as views."""
+        return self._data.actuator_force[self._motor], self._data.qvel[6:]
 
 
-def _servo_columns(model: mujoco.MjModel) -> NDArray[np.intp]:
-    """(n_joints, 3) index of the position, velocity and torque control of each joint, in the robot's joint order."""
+def _motor_order(model: mujoco.MjModel) -> slice | NDArray[np.intp]:
+    """Index of each joint's actuator, in the robot's joint order; a slice if they are in that order already."""
     by_joint = {int(joint): i for i, joint in enumerate(model.actuator_trnid[:, 0])}
-    first = [int(model.actuator_ctrladr[by_joint[joint]]) for joint in range(1, model.njnt)]
-    return np.array([[adr, adr + 1, adr + 2] for adr in first])
+    order = np.array([by_joint[joint] for joint in range(1, model.njnt)])
+    return slice(None) if (order == np.arange(len(order))).all() else order
 
 
-def _foreign_contacts(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """(n_geoms, n_geoms) True where two geoms are the floor and something that is not a sole."""
-    floor = model.geom(FLOOR).id
-    others = np.ones(model.ngeom, dtype=bool)
-    others[[floor, *(model.geom(f"{side}_sole").id for side in SIDES)]] = False
-    table = np.zeros((model.ngeom, model.ngeom), dtype=bool)
-    table[floor, others] = table[others, floor] = True
-    return table
+def _servo_columns(model: mujoco.MjModel) -> slice | NDArray[np.intp]:
+    """Index of the three controls (position, velocity, torque) of each joint after another, as `_motor_order`."""
+    first = model.actuator_ctrladr[_motor_order(model)]
+    columns = (first[:, None] + np.arange(3)).ravel()
+    return slice(None) if (columns == np.arange(model.nu)).all() else columns
