@@ -78,6 +78,20 @@ def _refuse(message: str) -> int:
     return 2
 
 
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not a whole number") from None
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not a number") from None
+
+
 @app.command(
     epilog="""Examples:
 
@@ -94,7 +108,9 @@ def run(
         typer.Option(help="supervisor steps when it must, regulator never steps, statue holds still."),
     ] = None,
     whole_body: Annotated[WholeBody | None, typer.Option(help="From balance to joints.")] = None,
-    seed: Annotated[int | None, typer.Option(help="Of what varies: the initial pose.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(parser=_whole, metavar="N", help="Of what varies: the initial pose.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder to write, new or empty.", show_default="out/SCENARIO-WORLD")
     ] = None,
@@ -136,8 +152,8 @@ def render(
     folder: Annotated[Path, typer.Argument(help="Folder of a run.")],
     camera: Annotated[str, typer.Option(help="three_quarter, side, front or top.")] = "three_quarter",
     size: Annotated[str, typer.Option(metavar="WxH", help="Of a frame, in pixels.")] = "640x480",
-    fps: Annotated[float, typer.Option(help="Frames a second.")] = 60.0,
-    slow: Annotated[float, typer.Option(help="4 plays at a quarter of the speed.")] = 1.0,
+    fps: Annotated[float, typer.Option(parser=_number, metavar="N", help="Frames a second.")] = 60.0,
+    slow: Annotated[float, typer.Option(parser=_number, metavar="X", help="4 plays at a quarter of the speed.")] = 1.0,
 ) -> None:
     """Film a run again from its trace, without simulating: replaces the video in its folder."""
     match = re.fullmatch(r"(\d+)x(\d+)", size)

@@ -41,15 +41,17 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     call(sys.executable, "-m", "venv", "--without-pip", place / "env", cwd=place)
     programs = place / "env" / "bin"
-    (site,) = (place / "env" / "lib").glob("*/site-packages")
+    # Before the dependencies are there: pip would take an editable Okiagari among them for the one that is asked for.
+    (wheel,) = place.glob("okiagari-*.whl")
+    call(*pip, "--python", programs / "python", "install", "--no-deps", "--no-index", wheel, cwd=place)
+
     # The dependencies are those of this environment, with what they do at start-up, but not an editable Okiagari.
+    (site,) = (place / "env" / "lib").glob("*/site-packages")
     here = Path(sysconfig.get_path("purelib"))
     (site / "00-dependencies.pth").write_text(f"{here}\n")
     for startup in here.glob("*.pth"):
         if "okiagari" not in startup.name:
             shutil.copy(startup, site)
-    (wheel,) = place.glob("okiagari-*.whl")
-    call(*pip, "--python", programs / "python", "install", "--no-deps", "--no-index", wheel, cwd=place)
     return programs
 
 

@@ -105,6 +105,8 @@ REFUSED = {
     "step longer than the legs": (["run", "stride.toml"], ["stride.toml: stepping.max_stride", "0.5 m", "legs"]),
     "gain that is too strong": (["run", "gain.toml"], ["gain.toml: gain", "1e+06", "between 1 and"]),
     "negative seed": (["run", "short.toml", "--seed", "-1"], ["seed", "-1", ">= 0"]),
+    "seed that is none": (["run", "short.toml", "--seed", "x"], ["--seed", "'x'", "whole number"]),
+    "speed that is none": (["render", ".", "--slow", "much"], ["--slow", "'much'", "number"]),
     "unknown controller": (["run", "short.toml", "--controller", "brace"], ["--controller", "'brace'", "'statue'"]),
     "unknown option": (["run", "short.toml", "--controler", "statue"], ["--controler", "--controller"]),
     "unknown command": (["push"], ["'push'"]),
