@@ -6,6 +6,8 @@ and the last one that cuts is read off the convex hull of the dual points S_i / 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
@@ -25,7 +27,12 @@ class NotDeterminedError(MoaError):
 
 
 def cutting(
-    C: np.ndarray, d: np.ndarray, loop: np.ndarray, name: str, max_samples: int
+    C: np.ndarray,
+    d: np.ndarray,
+    loop: np.ndarray,
+    name: str,
+    max_samples: int,
+    taken: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Constraints C loop^i x <= d, i = 0, 1, ..., that cut something off {x : all of them hold}.
 
@@ -35,6 +42,8 @@ def cutting(
         loop: (n, n), its powers converging.
         name: of the gain, for messages.
         max_samples: where to give up.
+        taken: what a disturbance takes from d, (T, q) from the rows (T, q, n), always less than d. The criterion
+            is the same then: sample t + 1 asks of a state what sample t asks of all its possible successors.
 
     Returns:
         (T, q) of bool, whether constraint j of sample i cuts (never at i = T - 1), and the rows (T, q, n).
@@ -48,7 +57,8 @@ def cutting(
         stack, power = np.concatenate((stack, stack @ power)), power @ power
     while True:
         try:
-            hull = ConvexHull((stack / d[:, None]).reshape(-1, C.shape[1]))
+            limits = d if taken is None else d - taken(stack)
+            hull = ConvexHull((stack / limits[..., None]).reshape(-1, C.shape[1]))
         except QhullError:
             hull = None
         if hull is None or hull.equations[:, -1].max() > -1e-12:

@@ -9,6 +9,7 @@ those out is exact: the first sample without all its rows follows from the ones 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +18,7 @@ from controllers.gains import Gain
 from controllers.gilbert_tan import MoaError, cutting
 from controllers.pendulum import Pendulum
 from controllers.polytope import Polytope
+from controllers.robust import ZmpError, require_room, taken, taken_at_last
 from controllers.support import SupportPolygon
 
 
@@ -39,6 +41,7 @@ class MoaSet:
         polygon: support polygon, world frame.
         centre: (2,) point u_C that the regulator holds [m].
         bounds: (position [m], velocity [m/s]) allowed about the centre, or None.
+        error: errors of the ZMP that the set withstands, or None: right sides (24) are smaller by what they take.
         polytope: S (r, 4) and a (r,) of (23), (24), in xbar.
         sample: (r,) ascending.
         edge: (r,).
@@ -50,6 +53,7 @@ class MoaSet:
     polygon: SupportPolygon
     centre: np.ndarray
     bounds: tuple[float, float] | None
+    error: ZmpError | None = None
     polytope: Polytope
     sample: np.ndarray
     edge: np.ndarray
@@ -106,18 +110,22 @@ class MoaSet:
         return Polytope(S=self._S, a=self._a)
 
     def violation(self, x: ArrayLike) -> tuple[int, int, float] | None:
-        """First sample at which the regulator started at x (4,) breaks a constraint.
+        """First sample at which the regulator started at x (4,) breaks a constraint, with the worst error if any.
 
         Returns:
             (sample, edge, distance beyond it [m]), or None for a state of the set.
         """
         if self.contains(x):
             return None
-        C, d = _outputs(self.pendulum, self.gain, self.polygon, self.centre, self.bounds)
+        C, d = outputs(self.pendulum, self.gain, self.polygon, self.centre, self.bounds)
         loop = self.gain.closed_loop(self.pendulum)
         xbar = np.asarray(x, dtype=float) - self.x_C
+        lost = None
+        if self.error is not None:
+            powers = np.stack([np.linalg.matrix_power(loop, i) for i in range(self.t_star + 1)])
+            lost = taken(C @ powers, self.pendulum.B, direct_rows(self.polygon, len(d)), self.error)
         for i in range(self.t_star + 1):
-            slack = d - C @ xbar
+            slack = d - C @ xbar if lost is None else d - C @ xbar - lost[i]
             edge = int(slack.argmin())
             if slack[edge] < 0.0:
                 return i, edge, -float(slack[edge])
@@ -144,9 +152,12 @@ def sentence(
     seconds = delay + i * at.pendulum.dt
     when = f"{seconds:.2f} s from now" if seconds > 0.0 else "now"
     what = "ZMP" if edge < len(at.polygon.v) else "state"
+    despite = "" if at.error is None else f" with the ZMP off by up to {1e3 * at.error.w_bar:.3g} mm"
     if violation is None:
-        return f"the {what} stays inside, tightest at {at.edge_name(edge)} ({1e3 * slack:.1f} mm) {when}"
-    return f"the {what} would leave through {at.edge_name(edge)} {when} ({1e3 * violation[2]:.1f} mm beyond)"
+        return f"the {what} stays inside{despite}, tightest at {at.edge_name(edge)} ({1e3 * slack:.1f} mm) {when}"
+    could = "would" if at.error is None else "could"
+    beyond = f"({1e3 * violation[2]:.1f} mm beyond)"
+    return f"the {what} {could} leave through {at.edge_name(edge)} {when} {beyond}{despite}"
 
 
 def regulator_set(
@@ -155,6 +166,7 @@ def regulator_set(
     polygon: SupportPolygon,
     centre: ArrayLike | None = None,
     bounds: tuple[float, float] | None = None,
+    error: ZmpError | None = None,
     max_samples: int = 10_000,
 ) -> MoaSet:
     """MOA set (21)-(24) of the regulator (18) on a constant support polygon.
@@ -165,48 +177,55 @@ def regulator_set(
         polygon: support polygon, world frame.
         centre: (2,) point u_C to hold [m]; the centroid of the polygon if None.
         bounds: (position [m], velocity [m/s]) that |xbar| must not exceed either; makes every set bounded.
+        error: errors of the ZMP to withstand, those that change from sample to sample included.
         max_samples: where to give up.
 
     Raises:
         UnstableGainError: the closed loop does not converge.
         UnobservableGainError: the ZMP does not show the whole state, and there are no bounds.
         CentreOutsideError: the centre is not inside the polygon.
+        EmptySetError: no state withstands the error; it carries the largest that would do.
         NotDeterminedError: the recursion reached max_samples.
         MoaError: the bounds are not two positive numbers.
     """
     centre = np.array(polygon.centre if centre is None else centre, dtype=float)
     if bounds is not None and not all(np.isfinite(b) and b > 0.0 for b in bounds):
         raise MoaError(f"bounds must be a positive position [m] and velocity [m/s], got {bounds!r}")
-    C, d = _outputs(pendulum, gain, polygon, centre, bounds)
+    C, d = outputs(pendulum, gain, polygon, centre, bounds)
     if not d.min() > 0.0:
         raise CentreOutsideError(
             f"centre {centre.tolist()} m is {-d.min():.3g} m beyond the "
             f"{polygon.edge_name(int(d.argmin()))} edge of the polygon: choose one strictly inside"
         )
-    q = len(d)
+    q, loop = len(d), gain.closed_loop_axis(pendulum)
     ratio = gain.dcm_ratio(pendulum)
-    if ratio is not None and bounds is None:
-        S, a = C, d
-        sample, edge = np.zeros(q, dtype=np.intp), np.arange(q)
-    else:
+    if ratio is None or bounds is not None or error is not None:
         gain.require_stable(pendulum)
-        loop = gain.closed_loop_axis(pendulum)
-        if bounds is None and loop is not None and gain.axis is not None:
-            last, along = _along_normals(gain, loop, polygon, centre, d, max_samples)
-            stack = (polygon.M[None, :, :, None] * along[:, None, None, :]).reshape(len(along), q, 4)
-            keep = np.arange(len(along))[:, None] <= last
-        else:
-            keep, stack = cutting(C, d, gain.closed_loop(pendulum), gain.name, max_samples)
-        sample, edge = np.nonzero(keep)
-        S, a = stack[keep], d[edge]
-    bounded = ratio is None or bounds is not None
+    direct = direct_rows(polygon, q)
+    if error is not None:
+        reach = taken_at_last(C, gain.closed_loop(pendulum), pendulum.B, direct, error)
+        require_room(d, reach, error, f"the regulator {gain.name!r}")
+    if ratio is not None and bounds is None:
+        # With an error too: the room of the DCM grows over the samples while the error builds up.
+        stack, keep = C[None], np.ones((1, q), dtype=bool)
+    elif bounds is None and loop is not None and gain.axis is not None:
+        last, along = _along_normals(pendulum, gain, loop, polygon, centre, d, error, max_samples)
+        stack = (polygon.M[None, :, :, None] * along[:, None, None, :]).reshape(len(along), q, 4)
+        keep = np.arange(len(along))[:, None] <= last
+    else:
+        lost = None if error is None else partial(taken, B=pendulum.B, direct=direct, error=error)
+        keep, stack = cutting(C, d, gain.closed_loop(pendulum), gain.name, max_samples, lost)
+    sample, edge = np.nonzero(keep)
+    S, a = stack[keep], d[edge]
+    if error is not None:
+        a = a - taken(stack, pendulum.B, direct, error)[keep]
     return MoaSet(
-        pendulum=pendulum, gain=gain, polygon=polygon, centre=centre, bounds=bounds,
-        polytope=Polytope(S=S, a=a), sample=sample, edge=edge, bounded=bounded,
+        pendulum=pendulum, gain=gain, polygon=polygon, centre=centre, bounds=bounds, error=error,
+        polytope=Polytope(S=S, a=a), sample=sample, edge=edge, bounded=ratio is None or bounds is not None,
     )  # fmt: skip
 
 
-def _outputs(
+def outputs(
     pendulum: Pendulum,
     gain: Gain,
     polygon: SupportPolygon,
@@ -223,20 +242,38 @@ def _outputs(
     return np.vstack((C, signed)), np.concatenate((d, np.tile(np.repeat(limit, 2), 2)))
 
 
+def direct_rows(polygon: SupportPolygon, rows: int) -> np.ndarray:
+    """Rows (q, 2) by which an error of the ZMP enters the constraints of `outputs` at once: M, then zeros."""
+    direct = np.zeros((rows, 2))
+    direct[: len(polygon.M)] = polygon.M
+    return direct
+
+
 def _along_normals(
-    gain: Gain, loop: np.ndarray, polygon: SupportPolygon, centre: np.ndarray, d: np.ndarray, max_samples: int
+    pendulum: Pendulum,
+    gain: Gain,
+    loop: np.ndarray,
+    polygon: SupportPolygon,
+    centre: np.ndarray,
+    d: np.ndarray,
+    error: ZmpError | None,
+    max_samples: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Last sample (q,) at which each edge's row can cut, and the rows -f atilde^i (t* + 1, 2)."""
     assert gain.axis is not None
     lower = (polygon.M @ (polygon.vertices - centre).T).min(axis=1)
-    # The last sample depends on d and lower by their ratio only; parallel edges of equal feet share it.
-    ratios, which = np.unique(np.round(lower / d, 12), return_inverse=True)
-    f = gain.axis[None, :]
-    last, rows = [], np.empty((0, 2))
-    for ratio in ratios:
-        cuts, stack = cutting(np.vstack((-f, f)), np.array([1.0, -ratio]), loop, gain.name, max_samples)
-        last.append(np.flatnonzero(cuts.any(axis=1))[-1])
+    off = np.zeros(len(d)) if error is None else error.support(polygon.M)
+    # The last sample depends on ratios to d only; parallel edges of equal feet share it.
+    cases = list(zip(np.round(lower / d, 12).tolist(), np.round(off / d, 12).tolist(), strict=True))
+    C, b = np.vstack((-gain.axis, gain.axis)), np.column_stack((pendulum.B[:2, :1], np.zeros(2)))
+    sides = np.array([[1.0, 0.0], [-1.0, 0.0]])
+    last, rows = {}, np.empty((0, 2))
+    for ratio, share in set(cases):
+        # Along a normal the error is one number, up to its support in that direction.
+        lost = None if error is None else partial(taken, B=b, direct=sides, error=ZmpError.box(share, 0.0))
+        cuts, stack = cutting(C, np.array([1.0, -ratio]), loop, gain.name, max_samples, lost)
+        last[ratio, share] = int(np.flatnonzero(cuts.any(axis=1))[-1])
         if len(stack) > len(rows):
             rows = stack[:, 0]
-    each = np.array(last)[which]
+    each = np.array([last[case] for case in cases])
     return each, rows[: each.max() + 1]

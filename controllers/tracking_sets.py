@@ -7,23 +7,20 @@ and E_m is the set of the regulator that takes over. Its rows are M_{k+i}(-F Ati
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from controllers.gains import Gain, dcm_contraction
+from controllers.dcm_plane import in_dcm_plane
+from controllers.gains import Gain
 from controllers.gilbert_tan import MoaError
 from controllers.moa import MoaSet, sentence
 from controllers.pendulum import Pendulum
-from controllers.polytope import EmptyPolytopeError, Polytope
+from controllers.polytope import Polytope
+from controllers.recursion import backward
 from controllers.reference import Reference
-
-# Phases between two prunings: rows between them cost less than a pruning of every phase.
-_PRUNE_EVERY = 10
-# Natural logarithm of the largest power of the contraction used at once: 1e200, clear of overflow.
-_POWERS = 460.0
+from controllers.robust import ZmpError, require_room, required_margin
 
 
 class TrackingMismatchError(MoaError):
@@ -70,6 +67,11 @@ class TrackingSets:
         """Number of ticks of the reference; the last set is that of phase m."""
         return len(self.start) - 2
 
+    @property
+    def error(self) -> ZmpError | None:
+        """Errors of the ZMP that the sets withstand: those of the terminal set."""
+        return self.terminal.error
+
     def slack(self, k: int, x: ArrayLike) -> float:
         """Slack [m of ZMP] of state x (4,) in the set of phase k; negative outside, NaN for NaN."""
         i, j = self._start[k], self._start[k + 1]
@@ -99,9 +101,12 @@ class TrackingSets:
         return Polytope(S=self.S[i:j], a=self.a[i:j])
 
     def explain(self, k: int, x: ArrayLike) -> str:
-        """One sentence: where and when tracking from x (4,) at phase k would fail, or what is tightest."""
-        violation = None
-        if not self.contains(k, x):
+        """One sentence: where and when tracking from x (4,) at phase k would fail, or what is tightest.
+
+        Of a set that withstands errors it is always the tightest constraint, not the first to fail.
+        """
+        violation, least = None, self.slack(k, x)
+        if not least >= 0.0 and self.error is None:
             loop = self.gain.closed_loop(self.pendulum)
             e = np.asarray(x, dtype=float) - self.reference.xi[k]
             for i in range(k, self.m):
@@ -116,10 +121,15 @@ class TrackingSets:
         sample, edge = self.tight(k, x)
         if violation is not None or sample >= self.m:
             delay = (self.m - k) * self.pendulum.dt
-            return sentence(self.terminal, violation, (sample - self.m, edge), self.slack(k, x), delay)
+            if violation is None and least < 0.0:
+                violation = sample - self.m, edge, -least
+            return sentence(self.terminal, violation, (sample - self.m, edge), least, delay)
         where = f"the {self.reference.support(sample).edge_name(edge)} edge"
-        left = f"({1e3 * self.slack(k, x):.1f} mm)"
-        return f"the ZMP stays inside, tightest at {where} {left} {self._when(sample - k)}"
+        when = self._when(sample - k)
+        despite = "" if self.error is None else f" with the ZMP off by up to {1e3 * self.error.w_bar:.3g} mm"
+        if least < 0.0:
+            return f"the ZMP could leave through {where} {when} ({-1e3 * least:.1f} mm beyond){despite}"
+        return f"the ZMP stays inside{despite}, tightest at {where} ({1e3 * least:.1f} mm) {when}"
 
     def _when(self, samples: int) -> str:
         return f"{samples * self.pendulum.dt:.2f} s from now" if samples else "now"
@@ -132,9 +142,11 @@ def tracking_sets(pendulum: Pendulum, gain: Gain, reference: Reference, terminal
         pendulum: model and period, those of the reference and of the terminal set.
         gain: feedback of the tracking controller.
         reference: what is tracked.
-        terminal: set of the regulator that takes over at its end, with whatever gain.
+        terminal: set of the regulator that takes over at its end, with whatever gain; the sets of all phases
+            withstand the same errors of the ZMP as it does.
 
     Raises:
+        EmptySetError: the reference keeps less than `robust.required_margin`; carries the largest error that does.
         UnstableGainError: the closed loop does not converge.
         TrackingMismatchError: omega or dt differ.
     """
@@ -143,120 +155,27 @@ def tracking_sets(pendulum: Pendulum, gain: Gain, reference: Reference, terminal
             "pendulum, reference and terminal set must share omega and dt, got "
             + ", ".join(f"({p.omega:g}, {p.dt:g})" for p in (pendulum, reference.pendulum, terminal.pendulum))
         )
+    if terminal.error is not None:
+        _require_margin(pendulum, gain, reference, terminal.error)
     ratio, final_ratio = gain.dcm_ratio(pendulum), terminal.gain.dcm_ratio(pendulum)
     if ratio is not None and final_ratio is not None and terminal.bounds is None:
-        S, a, start, sample, edge = _in_dcm_plane(pendulum, reference, terminal, ratio, final_ratio)
+        S, a, start, sample, edge = in_dcm_plane(pendulum, reference, terminal, ratio, final_ratio)
     else:
         gain.require_stable(pendulum)
-        S, a, start, sample, edge = _backward(pendulum, gain, reference, terminal)
+        S, a, start, sample, edge = backward(pendulum, gain, reference, terminal)
     return TrackingSets(
         pendulum=pendulum, gain=gain, reference=reference, terminal=terminal,
         S=S, a=a, start=start, sample=sample, edge=edge,
     )  # fmt: skip
 
 
-_Rows = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
-
-def _backward(pendulum: Pendulum, gain: Gain, reference: Reference, terminal: MoaSet) -> _Rows:
-    loop, m = gain.closed_loop(pendulum), reference.m
-    outputs = [(-polygon.M @ gain.F, np.arange(len(polygon.v))) for polygon in reference.supports]
-    S = terminal.S
-    a = terminal.a - S @ (reference.xi[-1] - terminal.x_C)
-    sample, edge = m + terminal.sample, terminal.edge
-    phases = [(S, a, sample, edge)]
-    for k in range(m - 1, -1, -1):
-        polygon = reference.supports[reference.support_of[k]]
-        C, edges = outputs[reference.support_of[k]]
-        S = np.concatenate((C, S @ loop))
-        a = np.concatenate((polygon.v - polygon.M @ reference.mu[k], a))
-        sample, edge = np.concatenate((np.full(len(C), k), sample)), np.concatenate((edges, edge))
-        if (m - k) % _PRUNE_EVERY == 0 or k == 0:
-            try:
-                keep = Polytope(S=S, a=a).irredundant()
-            except EmptyPolytopeError:
-                # A reference that is not admissible may leave nothing: all rows stay, no state has slack.
-                keep = np.arange(len(S))
-            S, a, sample, edge = S[keep], a[keep], sample[keep], edge[keep]
-        phases.append((S, a, sample, edge))
-    phases.reverse()
-    rows = [len(phase[1]) for phase in phases]
-    flat_S, flat_a, flat_sample, flat_edge = (np.concatenate(parts) for parts in zip(*phases, strict=True))
-    flat_a = flat_a + np.einsum("rn,rn->r", flat_S, np.repeat(reference.xi, rows, axis=0))
-    return flat_S, flat_a, np.concatenate(([0], np.cumsum(rows))), flat_sample, flat_edge
-
-
-def _in_dcm_plane(
-    pendulum: Pendulum, reference: Reference, terminal: MoaSet, ratio: float, final_ratio: float
-) -> _Rows:
-    """One row a phase for each direction an edge faces: that of the sample which limits the DCM error most.
-
-    The DCM error shrinks by lambda a sample, so the edge at sample l asks of the error at phase k that
-    normal . error <= margin_l / (weight_l lambda^(l - k)), and only the least of these over l >= k counts.
-    """
-    m = reference.m
-    normals, margin, edges = _margins(reference, terminal)
-    directions, phase = len(normals), np.arange(m + 1)
-    weight = np.full(m + 1, ratio)
-    weight[m] = final_ratio
-    contraction = dcm_contraction(pendulum, ratio)
-    limiting = _limiting_samples(margin / weight[:, None], contraction)
-    scale = weight[limiting] * (contraction**phase)[limiting - phase[:, None]]
-    seen = np.repeat(normals, 2, axis=1) / np.array([1.0, pendulum.omega, 1.0, pendulum.omega])
-    entry = limiting * directions + np.arange(directions)
-    a = margin.ravel()[entry] + scale * (reference.xi @ seen.T)
-    S = (scale[:, :, None] * seen).reshape(-1, 4)
-    edge = edges[np.append(reference.support_of, len(edges) - 1)].ravel()[entry]
-    return S, a.ravel(), np.arange(m + 2) * directions, limiting.ravel(), edge.ravel()
-
-
-def _margins(reference: Reference, terminal: MoaSet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Directions that edges face, and the margin of the reference towards each of them.
-
-    Returns:
-        normals (D, 2); margins (m + 1, D) [m] of samples 0..m, inf where no edge faces there; and edges
-        (P + 1, D), the edge of each support that faces there or -1, the terminal polygon last.
-    """
-    polygons = (*reference.supports, terminal.polygon)
-    known: dict[tuple[float, float, int], int] = {}
-    columns: list[list[int]] = []
-    for polygon in polygons:
-        own: list[int] = []
-        for nx, ny in np.round(polygon.M, 12).tolist():
-            # Feet with the same heading share their directions, but a polygon with two edges this close to
-            # parallel keeps both.
-            key = (nx, ny, 0) if known.get((nx, ny, 0)) not in own else (nx, ny, len(known))
-            own.append(known.setdefault(key, len(known)))
-        columns.append(own)
-    normals = np.empty((len(known), 2))
-    offsets = np.full((len(polygons), len(known)), np.inf)
-    edges = np.full((len(polygons), len(known)), -1)
-    for i, (polygon, own) in enumerate(zip(polygons, columns, strict=True)):
-        normals[own], offsets[i, own], edges[i, own] = polygon.M, polygon.v, np.arange(len(own))
-    margin = np.full((reference.m + 1, len(known)), np.inf)
-    margin[:-1] = offsets[reference.support_of] - reference.mu @ normals.T
-    # The terminal set is its polygon times its ratio, shifted from its centre to the end of the reference.
-    margin[-1, columns[-1]] = terminal.a - terminal.S @ (reference.xi[-1] - terminal.x_C)
-    return normals, margin, edges
-
-
-def _limiting_samples(least: np.ndarray, contraction: float) -> np.ndarray:
-    """The l >= k of the least least[l] / contraction^(l - k), for all k: (m + 1, D) from (m + 1, D)."""
-    limiting = np.empty(least.shape, dtype=np.intp)
-    limiting[-1] = len(least) - 1
-    least = least.copy()
-    # Blocks so short that the powers stay within double precision; one block for any usual gain.
-    block = max(1, int(_POWERS / -math.log(contraction)))
-    stop = len(least) - 1
-    while stop > 0:
-        first = max(0, stop - block)
-        seen = least[first : stop + 1] * (contraction ** -np.arange(stop - first + 1.0))[:, None]
-        until_end = np.minimum.accumulate(seen[::-1], axis=0)[::-1]
-        own = np.arange(first, stop + 1)[:, None]
-        # Where a later sample limits more, the first one from there on that is itself the least.
-        candidate = np.where(seen == until_end, own, len(least))
-        candidate[-1] = limiting[stop]
-        limiting[first : stop + 1] = np.minimum.accumulate(candidate[::-1], axis=0)[::-1]
-        least[first] = until_end[0]
-        stop = first
-    return limiting
+def _require_margin(pendulum: Pendulum, gain: Gain, reference: Reference, error: ZmpError) -> None:
+    rooms, reaches = [], []
+    for index, polygon in enumerate(reference.supports):
+        mu = reference.mu[reference.support_of == index]
+        if len(mu):
+            rooms.append(polygon.v - (mu @ polygon.M.T).max(axis=0))
+            reaches.append(required_margin(pendulum, gain, polygon, error))
+    if rooms:
+        what = f"tracking the reference with {gain.name!r}"
+        require_room(np.concatenate(rooms), np.concatenate(reaches), error, what)

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
+from controllers.dcm_plane import limiting_samples
 from controllers.gains import Gain, UnstableGainError, dcm
 from controllers.linear_program import LinearProgram
 from controllers.moa import MoaSet, regulator_set
 from controllers.pendulum import Pendulum
 from controllers.reference import Reference
-from controllers.tracking_sets import TrackingMismatchError, TrackingSets, _limiting_samples, tracking_sets
+from controllers.tracking_sets import TrackingMismatchError, TrackingSets, tracking_sets
 from tests.controllers.stances import GAINS, PENDULUM, reach_along, walk
 
 WALK = walk()
@@ -206,7 +207,7 @@ def test_limiting_sample_is_that_of_looking_at_each(contraction: float) -> None:
     least = rng.uniform(0.01, 1.0, size=(120, 3)) * contraction ** rng.uniform(-1.5, 1.5, size=(120, 3))
     least[rng.uniform(size=least.shape) < 0.3] = np.inf
     least[5, 0] = 0.0
-    found = _limiting_samples(least, contraction)
+    found = limiting_samples(least, contraction)
     for k, d in itertools.product(range(120), range(3)):
         later = [np.log(v) - (i) * np.log(contraction) if v > 0 else -np.inf for i, v in enumerate(least[k:, d])]
         if np.isfinite(min(later)) or min(later) == -np.inf:
