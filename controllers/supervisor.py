@@ -29,6 +29,8 @@ TOUCHDOWN_FORCE = 4.0
 EARLIEST_TOUCHDOWN = 0.5
 # Outside all sets a new plan is sought every so many ticks, not at each: it is the least violated one anyway.
 PATIENCE = 5
+# A foot that has landed less than this ago [s] is the one the weight falls on: the other one steps next.
+JUST_LANDED = 0.3
 
 _STILL = np.zeros(3)
 _STILL.setflags(write=False)
@@ -68,8 +70,11 @@ class Supervisor:
         self._plan_name = ""
         self._swing_foot: SwingFoot | None = None
         self._feet: dict[Side, Foot] = {}
+        self._places: dict[Side, tuple[float, float]] = {}
         self._landed: Side | None = None
+        self._landed_at = -math.inf
         self._wait = 0
+        self._slacks = (math.nan, math.nan)
         self._inner: SupportPolygon | None = None
 
     @property
@@ -77,12 +82,24 @@ class Supervisor:
         """Who is in charge."""
         return Controller.REGULATOR if self.tracker is None else Controller.TRACKER
 
+    @property
+    def slacks(self) -> tuple[float, float]:
+        """Signed slack of the last tick's state, after its decision, in the set of the latest double support's regulator
+        and in the present tracking set (NaN while the regulator is in charge) [m of ZMP]."""
+        return self._slacks
+
     def command(self, observation: Observation) -> BalanceCommand:
         """Decide, then command: one control tick."""
         x = observation.balance_state()
+        self._wait = max(self._wait - 1, 0)
         self._anchor(observation)
-        self._decide(observation, x)
-        assert self.regulator is not None and self._inner is not None
+        assert self.regulator is not None
+        regulator_slack = self.regulator.admissible.slack(x)
+        tracking_slack = math.nan if self.tracker is None else self.tracker.slack(x)
+        if self._decide(observation, x, regulator_slack, tracking_slack):
+            regulator_slack = self.regulator.admissible.slack(x)
+            tracking_slack = math.nan if self.tracker is None else self.tracker.slack(x)
+        self._slacks = (regulator_slack, tracking_slack)
         if self.tracker is None:
             return self._limited(self.regulator.zmp(x), observation, None)
         swing = None
@@ -92,14 +109,6 @@ class Supervisor:
         command = self._limited(self.tracker.zmp(x), observation, swing)
         self.tracker.advance()
         return command
-
-    def regulator_slack(self, x: Array) -> float:
-        """Signed slack of the state (4,) in the set of the latest double support's regulator [m of ZMP]."""
-        return math.nan if self.regulator is None else self.regulator.admissible.slack(x)
-
-    def tracking_slack(self, x: Array) -> float:
-        """Signed slack in the present tracking set [m of ZMP]; NaN while the regulator is in charge."""
-        return math.nan if self.tracker is None else self.tracker.slack(x)
 
     def best_step(self, x: Array) -> Choice | None:
         """What a tracker could promise from this state and the latest stance; changes nothing."""
@@ -112,9 +121,11 @@ class Supervisor:
         for side in SIDES:
             if self.tracker is not None and self.tracker.swing == side:
                 continue
-            state, known = observation.feet[side], self._feet.get(side)
-            if known is None or np.hypot(*(state.position[:2] - known.position)) > MOVED:
+            state, known = observation.feet[side], self._places.get(side)
+            x, y, _ = state.position.tolist()
+            if known is None or abs(x - known[0]) > MOVED or abs(y - known[1]) > MOVED:
                 self._feet[side] = self._foot(state)
+                self._places[side] = (x, y)
                 self._inner = None
         if self.tracker is None and (
             self.regulator is None or any(self.regulator.feet[side] is not self._feet[side] for side in SIDES)
@@ -131,21 +142,21 @@ class Supervisor:
         swing = None if self.tracker is None else self.tracker.swing
         return support_polygon([foot for side, foot in self._feet.items() if side != swing])
 
-    def _decide(self, observation: Observation, x: Array) -> None:
-        assert self.regulator is not None
+    def _decide(self, observation: Observation, x: Array, regulator_slack: float, tracking_slack: float) -> bool:
+        """Keep who is in charge, or change it; True if something was decided."""
+        before = len(self.decisions)
         if self.tracker is None:
-            if self.regulator.admissible.slack(x) < 0.0 and self._may_step:
+            if regulator_slack < 0.0 and self._may_step and self._wait == 0:
                 self._seek(observation, x, "the state left the regulator's set", settle=self._landed is not None)
             elif not self.decisions:
                 self._note(observation, x, "start")
-            return
-        self._wait = max(self._wait - 1, 0)
-        if self._touched_down(observation):
+        elif self._touched_down(observation):
             self._land(observation, x)
         elif self.tracker.finished:
             self._hand_back(observation, x, "the reference has ended")
-        elif self.tracker.slack(x) < 0.0 and self._wait == 0:
+        elif tracking_slack < 0.0 and self._wait == 0:
             self._seek(observation, x, "the state left the tracking set", settle=True)
+        return len(self.decisions) > before
 
     def _touched_down(self, observation: Observation) -> bool:
         assert self.tracker is not None
@@ -156,11 +167,10 @@ class Supervisor:
 
     def _land(self, observation: Observation, x: Array) -> None:
         assert self.tracker is not None and self.tracker.swing is not None
-        self._landed = self.tracker.swing
+        self._landed, self._landed_at = self.tracker.swing, observation.time
         self.tracker, self._swing_foot = None, None
-        self._feet = {side: self._foot(observation.feet[side]) for side in SIDES}
-        self.regulator = Regulator.at(self._pendulum, self._gain, dict(self._feet))
-        self._inner = self._support().shrunk(EDGE)
+        self._feet, self._places = {}, {}
+        self._anchor(observation)
         if self.regulator.admissible.slack(x) >= 0.0:
             self._hand_back(observation, x, f"the {self._landed} foot landed")
         else:
@@ -168,8 +178,7 @@ class Supervisor:
 
     def _hand_back(self, observation: Observation, x: Array, why: str) -> None:
         self.tracker, self._swing_foot, self._plan_name = None, None, ""
-        self.regulator = Regulator.at(self._pendulum, self._gain, dict(self._feet))
-        self._inner = self._support().shrunk(EDGE)
+        self._anchor(observation)
         self._note(observation, x, why)
 
     def _seek(self, observation: Observation, x: Array, why: str, *, settle: bool) -> None:
@@ -179,7 +188,8 @@ class Supervisor:
             self._hand_back(observation, x, why)
             return
         if swing is None:
-            choice = self._stepper.from_stance(x, dict(self._feet), settle=settle, avoid=self._landed)
+            avoid = self._landed if observation.time - self._landed_at < JUST_LANDED else None
+            choice = self._stepper.from_stance(x, dict(self._feet), settle=settle, avoid=avoid)
         else:
             assert self.tracker is not None and self._swing_foot is not None
             feet = {**self._feet, swing: self._foot(observation.feet[swing])}
@@ -187,6 +197,7 @@ class Supervisor:
                 x, feet, swing, self.tracker.time_left, self._swing_foot.position[:2]
             )
         if choice is None:
+            self._wait = PATIENCE
             self._note(observation, x, f"{why}; no step is within reach")
             return
         self._take(observation, x, choice, why, swing)
@@ -206,9 +217,9 @@ class Supervisor:
         self._note(observation, x, why, choice)
 
     def _note(self, observation: Observation, x: Array, why: str, choice: Choice | None = None) -> None:
-        regulator = self.regulator_slack(x)
-        tracking = math.nan if choice is None else choice.plan.slack
         assert self.regulator is not None
+        regulator = self.regulator.admissible.slack(x)
+        tracking = math.nan if choice is None else choice.plan.slack
         explain = self.tracker.explain if self.tracker is not None else self.regulator.admissible.explain
         self.decisions.append(
             Decision(

@@ -119,8 +119,7 @@ class Recording:
         row[at.controller] = brain.controller.value
         row[at.controller + 1] = brain.steps
         if isinstance(brain, Supervisor):
-            row[at.slack] = brain.regulator_slack(x)
-            row[at.slack + 1] = brain.tracking_slack(x)
+            row[at.slack : at.slack + 2] = brain.slacks
         row[at.slack + 2] = self._support_slack(observation)
         if at.root is not None:
             row[at.root :] = observation.configuration
@@ -208,13 +207,13 @@ class Recording:
                 continue
             ended: dict[str, Any] = {"velocity": tuple(observation.cog_velocity.tolist())}
             if isinstance(brain, Supervisor):
-                tracking = brain.tracking_slack(x)
+                regulator, tracking = brain.slacks
                 if math.isnan(tracking):
                     choice = brain.best_step(x)
                     tracking = -math.inf if choice is None else choice.plan.slack
-                ended |= {"regulator_slack": brain.regulator_slack(x), "tracking_slack": tracking}
+                ended |= {"regulator_slack": regulator, "tracking_slack": tracking}
                 last = index == len(self._scenario.pushes) - 1
-                if self._polygons and (last or not brain.regulator_slack(x) >= 0.0):
+                if self._polygons and (last or not regulator >= 0.0):
                     begin = time.perf_counter()
                     self.set_polygons += admissible_polygons(brain, x, push=index + 1)
                     self.aside += time.perf_counter() - begin
