@@ -44,6 +44,7 @@ class Supervisor:
 
     Attributes:
         robot: whom it balances.
+        options: what steps may be planned.
         decisions: every choice since `reset`, with its grounds.
         regulator: the regulator of the latest double support.
         tracker: the tracker in charge, or None.
@@ -56,7 +57,7 @@ class Supervisor:
         self.robot = robot
         self._pendulum = pendulum
         self._gain = gain
-        self._options = options
+        self.options = options
         self._may_step = may_step
         self._stepper = Stepper(pendulum, options)
         self.reset()
@@ -211,7 +212,7 @@ class Supervisor:
             state = observation.feet[lifted]
             self.steps += 1
             self._swing_foot = SwingFoot(
-                state.position, state.yaw, choice.plan.step_time, self._options.swing_height, self._pendulum.dt
+                state.position, state.yaw, choice.plan.step_time, self.options.swing_height, self._pendulum.dt
             )
         self._inner = self._support().shrunk(EDGE)
         self._note(observation, x, why, choice)
