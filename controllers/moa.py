@@ -192,11 +192,7 @@ def regulator_set(
     if bounds is not None and not all(np.isfinite(b) and b > 0.0 for b in bounds):
         raise MoaError(f"bounds must be a positive position [m] and velocity [m/s], got {bounds!r}")
     C, d = outputs(pendulum, gain, polygon, centre, bounds)
-    if not d.min() > 0.0:
-        raise CentreOutsideError(
-            f"centre {centre.tolist()} m is {-d.min():.3g} m beyond the "
-            f"{polygon.edge_name(int(d.argmin()))} edge of the polygon: choose one strictly inside"
-        )
+    require_inside(polygon, centre, d)
     q, loop = len(d), gain.closed_loop_axis(pendulum)
     ratio = gain.dcm_ratio(pendulum)
     if ratio is None or bounds is not None or error is not None:
@@ -223,6 +219,15 @@ def regulator_set(
         pendulum=pendulum, gain=gain, polygon=polygon, centre=centre, bounds=bounds, error=error,
         polytope=Polytope(S=S, a=a), sample=sample, edge=edge, bounded=ratio is None or bounds is not None,
     )  # fmt: skip
+
+
+def require_inside(polygon: SupportPolygon, centre: np.ndarray, d: np.ndarray) -> None:
+    """Raise CentreOutsideError unless the distances d of the centre (2,) to all edges are positive."""
+    if not d.min() > 0.0:
+        raise CentreOutsideError(
+            f"centre {centre.tolist()} m is {-d.min():.3g} m beyond the "
+            f"{polygon.edge_name(int(d.argmin()))} edge of the polygon: choose one strictly inside"
+        )
 
 
 def outputs(
