@@ -107,7 +107,8 @@ def draw_plane_of_walk(walk: Walk, plane: str, figure_name: str) -> tuple[Figure
     figure = Figure(figsize=(12.0, 8.0), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.075, 0.20, 0.9, 0.655))
-    facts, keys = [], []
+    facts: list[dict[str, Any]] = []
+    keys: list[Line2D | Patch] = []
     shades = colormaps["YlGn"](np.linspace(0.45, 1.0, len(TIMES)))
     for time, shade in zip(TIMES, shades, strict=True):
         k = round(time / walk.reference.dt)
@@ -119,7 +120,7 @@ def draw_plane_of_walk(walk: Walk, plane: str, figure_name: str) -> tuple[Figure
         axes.plot(*_closed(cut.vertices).T, color=shade, linewidth=1.1, linestyle=(0, (4, 2)))
         xi = walk.reference.xi[k, 2 * axis : 2 * axis + 2]
         axes.plot(*xi, "o", color=COG, markeredgecolor="white", markersize=8, zorder=6)
-        place = {"textcoords": "offset points", "fontsize": 11, "weight": "bold", "zorder": 7}
+        place: dict[str, Any] = {"textcoords": "offset points", "fontsize": 11, "weight": "bold", "zorder": 7}
         # Above the set if the COG goes forward or left there, else below it, for sets on the way back overlap.
         above = xi[1] > -_STANDING
         tip = shadow.vertices[(np.argmax if above else np.argmin)(shadow.vertices[:, 1])]

@@ -158,14 +158,14 @@ def draw_push_sets(walk: Walk, result: EpisodeResult) -> tuple[Figure, list[dict
     axes = figure.add_axes((0.085, 0.175, 0.89, 0.68))
     regulator = regulator_outline(walk.regulator, "x-xdot", "projection", "6")
     tracker = tracking_outline(walk, 0, "x-xdot", "projection", "6")
-    keys = []
+    keys: list[Line2D | Patch] = []
     for outline, colour, name in (
         (regulator, REGULATOR, r"regulator, $^rO_\infty$"),
         (tracker, TRACKER, r"tracker of the stepping reference, $^tO_\infty$"),
     ):
         _draw_outline(axes, outline, colour)
         words = f"{name}: projection, {1e4 * outline.facts['area']:.0f} cm²/s"
-        keys.append(Patch(facecolor=(*_rgb(colour), 0.25), edgecolor=colour, linewidth=2.0, label=words))
+        keys.append(Patch(facecolor=(colour, 0.25), edgecolor=colour, linewidth=2.0, label=words))
     position, velocity = playback.cog[:, 0], playback.trace["cog_vx"]
     axes.plot(position, velocity, color="#707070", linewidth=0.9, zorder=3)
     near = axes.inset_axes((0.075, 0.06, 0.3, 0.4))
@@ -237,7 +237,3 @@ def _setting(walk: Walk) -> str:
 def _draw_outline(axes: Any, outline: Outline, colour: str) -> None:
     axes.fill(*outline.vertices.T, color=colour, alpha=0.2, linewidth=0, zorder=1)
     axes.plot(*np.vstack([outline.vertices, outline.vertices[:1]]).T, color=colour, linewidth=2.0, zorder=4)
-
-
-def _rgb(colour: str) -> tuple[float, ...]:
-    return tuple(int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))

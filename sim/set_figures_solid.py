@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 
 from controllers.moa import MoaSet, regulator_set
 from controllers.support import support_polygon
-from sim.palette import REGULATOR, SUPPORT
+from sim.palette import REGULATOR, SUPPORT, rgb
 from sim.set_figures_walk import STRIDE, Walk
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ def _draw(axes: Any, at: MoaSet) -> float:
     low, high = corners.min(axis=0), corners.max(axis=0)
     floor = low[2] - 0.35 * (high[2] - low[2])
     faces = _padded([_face(corners, hull, rows) for rows in _coplanar(hull.equations)])
-    base = np.array([int(REGULATOR[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
+    base = np.array(rgb(REGULATOR)) / 255.0
     size = high - low
     colours = []
     for face in faces:
