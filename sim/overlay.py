@@ -27,7 +27,7 @@ _GRID, _GRID_REACH = 0.1, 15  # [m] between lines, and how many there are to eac
 _GRID_LINES = 2 * (2 * _GRID_REACH + 1)
 _RING = [(math.cos(a), math.sin(a)) for a in np.linspace(0.0, 2.0 * math.pi, 21)]
 _IDENTITY = np.eye(3).ravel()
-_FLOOR_LINE = (0.74, 0.76, 0.78, 1.0)
+_FLOOR_LINE = (0.63, 0.65, 0.67, 1.0)
 
 
 class Overlay:
@@ -122,7 +122,7 @@ class Overlay:
         play = self._playback
         cog = play.cog[tick]
         floor = np.array([cog[0], cog[1], 0.0])
-        self._line(self._near(cog), self._near(floor), 1.5, _rgba(COG))
+        self._line(self._near(cog), self._near(floor), 2.0, _rgba(COG)).emission = 0.5
         self._add(Geom.mjGEOM_SPHERE, [0.013 * _XRAY] * 3, self._near(cog), _rgba(COG)).emission = 0.3
         self._disc(floor[:2], 0.005, _rgba(COG))
         self._disc(play.dcm[tick], 0.011, _rgba(DCM))
@@ -147,6 +147,7 @@ class Overlay:
         tail = tip - force * (_ARROW_PER_WEIGHT / play.weight)
         arrow = self._add(Geom.mjGEOM_ARROW, [1, 1, 1], tip, _rgba(PUSH, alpha))
         mujoco.mjv_connector(arrow, Geom.mjGEOM_ARROW, 0.011 * _XRAY, self._near(tail), self._near(tip))
+        arrow.emission = 0.3
         arrow.size[2] *= 2.0  # MuJoCo draws an arrow half as long as its connector says
 
     def _near(self, point: Array, fraction: float = _XRAY) -> Array:
@@ -163,9 +164,10 @@ class Overlay:
             for a, b in pairwise(ring):
                 self._line(a, b, 2.0, rgba)
 
-    def _line(self, start: Array, end: Array, width: float, rgba: tuple[float, ...]) -> None:
+    def _line(self, start: Array, end: Array, width: float, rgba: tuple[float, ...]) -> mujoco.MjvGeom:
         line = self._add(Geom.mjGEOM_LINE, [1, 1, 1], start, rgba)
         mujoco.mjv_connector(line, Geom.mjGEOM_LINE, width, start, end)
+        return line
 
     def _add(
         self,

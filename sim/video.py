@@ -41,7 +41,7 @@ SIZES = (160, 3840)  # [px] smallest and largest side of a frame
 _FOLLOW = 0.3  # [s] over which the camera averages the way of the COG
 _MAX_GEOMS = 1000
 _IN_WORK = 4  # frames that may wait for words and ffmpeg while the next is drawn
-_FLOOR_COLOUR, _FLOOR_SIZE = (0.86, 0.87, 0.88, 1.0), (40.0, 40.0, 40.0)
+_FLOOR_COLOUR, _FLOOR_SIZE = (0.74, 0.755, 0.77, 1.0), (40.0, 40.0, 40.0)
 
 
 @lru_cache(maxsize=1)
@@ -231,6 +231,7 @@ def _scenery(playback: Playback, size: tuple[int, int]) -> mujoco.MjModel:
     model.geom_matid[floor] = -1
     model.geom_rgba[floor] = _FLOOR_COLOUR
     model.geom_size[floor] = _FLOOR_SIZE
+    model.vis.headlight.diffuse[:] = 0.2  # from above, the floor and the robot would both be white
     model.light_type[:] = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     if not playback.is_humanoid:
         model.geom_rgba[model.geom_bodyid > 0, 3] = 0.0
