@@ -21,6 +21,9 @@ from controllers.polytope import Polytope
 from controllers.robust import ZmpError, require_room, taken, taken_at_last
 from controllers.support import SupportPolygon
 
+# Relative, of a sum over thousands of samples.
+_ROUNDING = 1e-9
+
 
 class CentreOutsideError(MoaError):
     """The regulator would rest with the ZMP on or beyond an edge: its set has no inside."""
@@ -200,6 +203,9 @@ def regulator_set(
     direct = direct_rows(polygon, q)
     if error is not None:
         reach = taken_at_last(C, gain.closed_loop(pendulum), pendulum.B, direct, error)
+        if ratio is not None and bounds is None:
+            # A DCM gain may lack all room at last, as k* does: only for others are late samples without end then.
+            reach *= 1.0 - _ROUNDING
         require_room(d, reach, error, f"the regulator {gain.name!r}")
     if ratio is not None and bounds is None:
         # With an error too: the room of the DCM grows over the samples while the error builds up.
