@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import mujoco
 import numpy as np
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 from models.errors import InputError
 
 FLOOR = "floor"
-SIDES = ("left", "right")
+Side = Literal["left", "right"]
+SIDES: tuple[Side, Side] = ("left", "right")
 CAMERAS = ("three_quarter", "side", "front", "top")
 
 # A hard but well-conditioned contact: 5 ms time constant, critically damped, less than 1 mm of give.

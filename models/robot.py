@@ -8,16 +8,14 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from types import MappingProxyType
-from typing import Literal
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arena import SIDES, build_arena
+from models.arena import SIDES, Side, build_arena
 from models.errors import InputError
 
-Side = Literal["left", "right"]
 Array = NDArray[np.float64]
 
 FREE_JOINT = "root_joint"
