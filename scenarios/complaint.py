@@ -9,13 +9,14 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from scenarios.push import Push
-from scenarios.schema import DcmGain, LqrGain, PolesGain, Scenario, Stepping, Timing, Variation
+from scenarios.schema import DcmGain, Disturbance, LqrGain, PolesGain, Scenario, Stepping, Timing, Variation
 
 _TABLES: Mapping[tuple[str, ...], type[BaseModel]] = {
     (): Scenario,
     ("timing",): Timing,
     ("stepping",): Stepping,
     ("variation",): Variation,
+    ("disturbance",): Disturbance,
     ("pushes",): Push,
     ("gain", "dcm"): DcmGain,
     ("gain", "lqr"): LqrGain,

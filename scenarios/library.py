@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from models.errors import InputError
 from scenarios.complaint import complaint, near
+from scenarios.push import COG
 from scenarios.schema import Scenario
 
 if TYPE_CHECKING:
@@ -87,10 +88,11 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
             nothing of the sole, or the pendulum is pushed up or down.
     """
     for i, push in enumerate(scenario.pushes):
-        if push.body not in robot.body_names:
+        bodies = (*robot.body_names, COG)
+        if push.body not in bodies:
             raise InputError(
                 f"{source}: pushes[{i}].body: {robot.name} has no body {push.body!r}"
-                f"{near(push.body, robot.body_names)}; allowed: {', '.join(robot.body_names)}"
+                f"{near(push.body, bodies)}; allowed: {', '.join(bodies)}"
             )
         if scenario.world == "pendulum" and push.vector is not None and push.vector[2]:
             raise InputError(

@@ -11,6 +11,9 @@ from pydantic import Field, field_validator, model_validator
 
 from scenarios.fields import NotNegative, Positive, Strict, Vector, conflict, snap
 
+COG = "cog"
+"""As the body of a push: all bodies, each by its share of the mass."""
+
 
 class Push(Strict):
     """A force on one body for a while; on the pendulum it acts on the COG.
@@ -22,8 +25,9 @@ class Push(Strict):
         vector: direction in the world frame; its length does not matter.
         impulse: size [N s]. Either this or `delta_v`.
         delta_v: size as the velocity that the impulse gives the robot's whole mass [m/s].
-        body: name of the body it acts on.
+        body: name of the body it acts on; "cog" spreads the force over all bodies by their mass, which turns none.
         point: where it acts, in that body's frame [m]; None is the body's COM.
+        height: how far above that point it acts, vertically [m].
         shape: force over time.
     """
 
@@ -35,6 +39,7 @@ class Push(Strict):
     delta_v: Positive | None = None
     body: str = Field(default="trunk", min_length=1)
     point: Vector | None = None
+    height: float = 0.0
     shape: Literal["rectangular", "half_sine"] = "rectangular"
 
     @field_validator("vector")
@@ -50,6 +55,9 @@ class Push(Strict):
             raise conflict("direction", "give exactly one of direction [deg] and vector [x, y, z]")
         if (self.impulse is None) == (self.delta_v is None):
             raise conflict("impulse", "give exactly one of impulse [N s] and delta_v [m/s]")
+        if self.body == COG and (self.point is not None or self.height):
+            field = "height" if self.point is None else "point"
+            raise conflict(field, f"a push on {COG!r} acts on every body's COM; it must not be given")
         return self
 
     @property

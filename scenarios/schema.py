@@ -134,6 +134,24 @@ class Variation(Strict):
     pose: NotNegative = 0.002
 
 
+class Disturbance(Strict):
+    """How the world differs from what the controllers believe; they are not told.
+
+    Attributes:
+        mass_scale: true mass of every body / its mass in the robot's file.
+        friction: sliding friction of the floor; None is the floor's own.
+        delay: age of all that the controllers see [s], a whole multiple of the control period.
+        noise_position: standard deviation of the noise on the COG that they see [m], each tick and component.
+        noise_velocity: the same of the COG's velocity [m/s].
+    """
+
+    mass_scale: Positive = 1.0
+    friction: Positive | None = None
+    delay: NotNegative = 0.0
+    noise_position: NotNegative = 0.0
+    noise_velocity: NotNegative = 0.0
+
+
 class Scenario(Strict):
     """One experiment.
 
@@ -145,8 +163,8 @@ class Scenario(Strict):
         whole_body: how the balance command becomes joint targets.
         duration: length of the episode [s].
         seed: of everything that is drawn.
-        timing, gain, stepping, variation, pushes: see there; the pushes in order of time, no two in one
-            control period.
+        timing, gain, stepping, variation, disturbance, pushes: see there; the pushes in order of time, no two in
+            one control period.
     """
 
     description: str = Field(min_length=1, pattern=r"^[^\n]*$")
@@ -160,6 +178,7 @@ class Scenario(Strict):
     gain: Gain = DcmGain()
     stepping: Stepping = Stepping()
     variation: Variation = Variation()
+    disturbance: Disturbance = Disturbance()
     pushes: Annotated[tuple[Push, ...], Field(strict=False)] = ()
 
     @model_validator(mode="after")
@@ -178,6 +197,17 @@ class Scenario(Strict):
             raise conflict(
                 "duration", f"{self.duration!r} s must be beyond the end of the last push, {self.pushes[-1].end:g} s"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _disturbance_fits(self) -> Self:
+        late, control = self.disturbance.delay, self.timing.control
+        if not math.isclose(snap(late / control), round(late / control)):
+            raise conflict(
+                "disturbance.delay", f"{late!r} s must be a whole multiple of the control period, {control!r} s"
+            )
+        if self.world == "pendulum" and self.disturbance.friction is not None:
+            raise conflict("disturbance.friction", "the pendulum's feet have none; it must not be given")
         return self
 
     @property

@@ -18,6 +18,7 @@ from models.errors import OkiagariError
 from models.robot import Robot, load_robot
 from scenarios.library import check_against
 from scenarios.schema import Scenario
+from sim.observer import Observer
 from sim.outcome import FALL_HEIGHT, FALL_TILT
 from sim.plant import Condition, Effort, effort, whole_body_layer
 from sim.pushes import PushLedger
@@ -50,6 +51,7 @@ class PushRecovery(control.Task):
         self.kind = kind
         self.effort = Effort()
         self._whole_body = whole_body_layer(scenario, robot)
+        self._observer = Observer(scenario)
         self._targets: JointTargets | None = None
         self._spec = _action_spec(kind, robot)
 
@@ -57,6 +59,7 @@ class PushRecovery(control.Task):
         """Put the robot into its stand."""
         self.world.arrange()
         self._whole_body.reset()
+        self._observer.reset()
 
     def before_step(self, action: Array, physics: PushedPhysics) -> None:
         """Turn an action into joint targets for the servos.
@@ -71,7 +74,7 @@ class PushRecovery(control.Task):
         if not np.isfinite(action).all():
             raise ActionError(f"action ({self.kind}): entry {int(np.argmin(np.isfinite(action)))} is not finite")
         if self.kind == "balance":
-            self._targets = self._whole_body.targets(self.world.observe(), balance_command(action))
+            self._targets = self._whole_body.targets(self._seen, balance_command(action))
         else:
             position, velocity, torque = action.reshape(3, -1)
             self._targets = JointTargets(position=position, velocity=velocity, torque=torque)
@@ -88,8 +91,9 @@ class PushRecovery(control.Task):
         return self._spec
 
     def get_observation(self, physics: PushedPhysics) -> OrderedDict[str, Array]:
-        """What the observer sees."""
-        return observation_as_dict(self.world.observe())
+        """What the controllers see, late and noisy if the scenario says so; dm_control asks once a time step."""
+        self._seen = self._observer.see(self.world.observe())
+        return observation_as_dict(self._seen)
 
     def get_reward(self, physics: PushedPhysics) -> float:
         """1 unless it fell."""

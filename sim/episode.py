@@ -11,6 +11,7 @@ from models.robot import Robot, load_robot
 from scenarios.library import check_against
 from scenarios.schema import Scenario
 from sim.brain import Brain, make_brain
+from sim.observer import Observer
 from sim.outcome import Outcome, judge
 from sim.plant import Plant, make_plant
 from sim.recording import PushRecord, Recording, decision_as_dict
@@ -48,6 +49,7 @@ def run_episode(
     *,
     progress: Callable[[float], None] | None = None,
     brain: Brain | None = None,
+    robot: Robot | None = None,
     polygons: bool = True,
 ) -> EpisodeResult:
     """Run a scenario.
@@ -56,22 +58,24 @@ def run_episode(
         scenario: what happens.
         progress: called now and then with the simulated time [s].
         brain: a controller of your own; None for the one that the scenario names.
+        robot: the one that the scenario names, if it has been read already.
         polygons: whether to work out the sets' outlines for the figure.
 
     Raises:
         InputError: if the scenario asks for what its robot does not have.
     """
-    robot = load_robot(scenario.robot)
+    robot = robot or load_robot(scenario.robot)
     check_against(scenario, robot)
     plant = make_plant(scenario, robot)
     brain = brain or make_brain(scenario, robot)
     brain.reset()
+    observer = Observer(scenario)
     recording = Recording(scenario, plant, polygons=polygons)
     begin = time.perf_counter()
     ticks = 0
     for tick in range(scenario.ticks):
         ticks = tick + 1
-        if run_tick(plant, brain, recording):
+        if run_tick(plant, brain, recording, observer):
             break
         if progress is not None and tick % 100 == 0:
             progress(ticks * scenario.timing.control)
@@ -90,12 +94,16 @@ def run_episode(
     )
 
 
-def run_tick(plant: Plant, brain: Brain, recording: Recording) -> bool:
-    """One control tick: observe, decide, act, record; True if the episode ends here, before acting."""
+def run_tick(plant: Plant, brain: Brain, recording: Recording, observer: Observer | None = None) -> bool:
+    """One control tick: observe, decide, act, record; True if the episode ends here, before acting.
+
+    The record is of what is; the controllers act on what they see of it.
+    """
     observation = plant.observe()
     condition = plant.condition()
-    command = brain.command(observation)
+    seen = observation if observer is None else observer.see(observation)
+    command = brain.command(seen)
     if recording.see(observation, condition, command, brain):
         return True
-    recording.close(plant.advance(observation, command), plant)
+    recording.close(plant.advance(seen, command), plant)
     return False

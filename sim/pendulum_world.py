@@ -106,7 +106,7 @@ class PendulumWorld:
     def _pushed(self, force: Array) -> Array:
         """What a force (3,) held over one physics step adds to the state (4,), exactly."""
         phase = self._step.omega * self._step.dt
-        acceleration = force[:2] / self.robot.mass
+        acceleration = force[:2] / (self.robot.mass * self._scenario.disturbance.mass_scale)
         position = 2.0 * math.sinh(0.5 * phase) ** 2 / self._step.omega**2
         velocity = math.sinh(phase) / self._step.omega
         return np.ravel(np.column_stack([position * acceleration, velocity * acceleration]))

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from controllers.signals import FootState, JointTargets, Observation
 from models.arena import FLOOR, SIDES, build_arena
 from models.robot import STAND, TRUNK, Robot, Side
-from scenarios.schema import Scenario
+from scenarios.push import COG
+from scenarios.schema import Disturbance, Scenario
 from sim.pushes import PushLedger, schedule
 
 Array = NDArray[np.float64]
@@ -38,7 +39,8 @@ class PushedPhysics(dm_mujoco.Physics):
         """Take a schedule of pushes, from physics step 0 on."""
         self.ledger = ledger
         self.steps_done = 0
-        self.bodies = [self.model.body(push.push.body).id for push in ledger.scheduled]
+        # MuJoCo's body 0 is the world, which stands here for all bodies.
+        self.bodies = [0 if push.push.body == COG else self.model.body(push.push.body).id for push in ledger.scheduled]
 
     def step(self, nstep: int = 1) -> None:
         """Advance by `nstep` physics steps, each with the force of the push that acts in it."""
@@ -53,20 +55,30 @@ class PushedPhysics(dm_mujoco.Physics):
                 self._apply(index, force)
             super().step(1)
             self.steps_done += 1
-            self.data.ptr.xfrc_applied[self.bodies[index]] = 0.0
+            self.data.ptr.xfrc_applied[self.bodies[index] or slice(None)] = 0.0
 
     def push_point(self, index: int) -> Array:
         """(3,) where a push acts now, world frame [m]."""
-        data, body, point = self.data.ptr, self.bodies[index], self.ledger.scheduled[index].push.point
-        if point is None:
-            return data.xipos[body].copy()
-        return data.xpos[body] + data.xmat[body].reshape(3, 3) @ np.array(point)
+        data, body, push = self.data.ptr, self.bodies[index], self.ledger.scheduled[index].push
+        if not body:
+            return data.subtree_com[0].copy()
+        if push.point is None:
+            point = data.xipos[body].copy()
+        else:
+            point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ np.array(push.point)
+        point[2] += push.height
+        return point
 
     def _apply(self, index: int, force: Array) -> None:
-        data, body = self.data.ptr, self.bodies[index]
+        data, body, push = self.data.ptr, self.bodies[index], self.ledger.scheduled[index].push
+        if not body:
+            mass = self.model.ptr.body_mass
+            data.xfrc_applied[:, :3] = np.outer(mass / mass.sum(), force)
+            self.ledger.book(index, data.xfrc_applied[:, :3].sum(axis=0))
+            return
         wrench = data.xfrc_applied[body]
         wrench[:3] = force
-        if self.ledger.scheduled[index].push.point is not None:
+        if push.point is not None or push.height:
             wrench[3:] = np.cross(self.push_point(index) - data.xipos[body], force)
         self.ledger.book(index, wrench[:3])
 
@@ -92,6 +104,7 @@ class HumanoidWorld:
         self._scenario = scenario
         self._dt = scenario.timing.control
         model = build_arena(robot.path, timestep=scenario.timing.physics).compile()
+        _disturb(model, scenario.disturbance)
         self.physics: PushedPhysics = PushedPhysics.from_model(wrapper.MjModel(model))
         self._model, self._data = self.physics.model.ptr, self.physics.data.ptr
         self._trunk = model.body(TRUNK).id
@@ -188,6 +201,17 @@ class HumanoidWorld:
     def motor_state(self) -> tuple[Array, Array]:
         """(n,) torque [N m] and (n,) speed [rad/s] of the motors, as views."""
         return self._data.actuator_force[self._motor], self._data.qvel[6:]
+
+
+def _disturb(model: mujoco.MjModel, disturbance: Disturbance) -> None:
+    """Make the world differ from what the controllers know of it."""
+    if disturbance.mass_scale != 1.0:
+        model.body_mass *= disturbance.mass_scale
+        model.body_inertia *= disturbance.mass_scale
+        # What MuJoCo derives from masses when it compiles.
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+    if disturbance.friction is not None:
+        model.geom(FLOOR).friction[0] = disturbance.friction
 
 
 def _motor_order(model: mujoco.MjModel) -> slice | NDArray[np.intp]:

@@ -75,6 +75,7 @@ def test_defaults_are_those_of_the_format(tmp_path: Path) -> None:
             "swing_height": 0.03,
         },
         "variation": {"pose": 0.002},
+        "disturbance": {"mass_scale": 1.0, "delay": 0.0, "noise_position": 0.0, "noise_velocity": 0.0},
         "pushes": [
             {
                 "start": 3.0,
@@ -82,6 +83,7 @@ def test_defaults_are_those_of_the_format(tmp_path: Path) -> None:
                 "direction": 0.0,
                 "delta_v": 0.1,
                 "body": "trunk",
+                "height": 0.0,
                 "shape": "rectangular",
             }
         ],
