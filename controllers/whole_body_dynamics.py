@@ -93,18 +93,26 @@ class DynamicsWholeBody:
         self._aim_cog(observation, command.zmp)
         for side in SIDES:
             self._aim_foot(side, command.feet[side], observation.feet[side].position)
-        failed = False
-        try:
-            result = self._solver.solve(False)
-            self._torque = result.tau[6:].copy()
-        except RuntimeError:
-            failed = True
+        torque = self._solve()
+        if torque is not None:
+            self._torque = torque
         return JointTargets(
             position=observation.configuration[7:],
             velocity=observation.velocity[6:],
             torque=self._torque,
-            solver_failed=failed,
+            solver_failed=torque is None,
         )
+
+    def _solve(self) -> Array | None:
+        """Joint torques (n,), or None: placo raises, or returns without success, when its QP has no answer."""
+        try:
+            result = self._solver.solve(False)
+        except RuntimeError:
+            return None
+        if not result.success:
+            return None
+        torque: Array = result.tau[6:].copy()
+        return torque if np.isfinite(torque).all() else None
 
     def _aim_cog(self, observation: Observation, zmp: Array) -> None:
         cx, cy, cz = observation.cog.tolist()

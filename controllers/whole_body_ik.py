@@ -8,6 +8,7 @@ ZMP by tens of milliseconds.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import placo
@@ -79,18 +80,12 @@ class IkWholeBody:
         acceleration = self._advance_reference(observation, command.zmp)
         self._aim(observation, command)
         before = self._model.wrapper.state.q[7:].copy()
-        try:
-            self._solver.solve(True)
-        except RuntimeError:
-            if self._last is None:
-                still = np.zeros_like(before)
-                return JointTargets(position=before, velocity=still, torque=still, solver_failed=True)
-            last = self._last
-            return JointTargets(
-                position=last.position, velocity=0.0 * last.velocity, torque=last.torque, solver_failed=True
-            )
-        self._model.wrapper.update_kinematics()
-        position = self._model.wrapper.state.q[7:].copy()
+        position = self._solve()
+        if position is None:
+            # The reference that led here is not worth keeping: begin anew from what is measured next.
+            self._started = False
+            last = self._last or _hold(observation)
+            return replace(last, velocity=np.zeros_like(last.velocity), solver_failed=True)
         self._last = JointTargets(
             position=position,
             velocity=(position - before) / self._dt,
@@ -98,14 +93,23 @@ class IkWholeBody:
         )
         return self._last
 
+    def _solve(self) -> Array | None:
+        """Joint angles (n,) of the next pose, or None: placo raises when its QP has no answer."""
+        try:
+            self._solver.solve(True)
+        except RuntimeError:
+            return None
+        self._model.wrapper.update_kinematics()
+        position: Array = self._model.wrapper.state.q[7:].copy()
+        return position if np.isfinite(position).all() else None
+
     def _start(self, observation: Observation, command: BalanceCommand) -> None:
         self._started = True
         self._model.set_state(observation.configuration, np.zeros_like(observation.velocity))
         self._reference = np.array([observation.cog[:2], observation.cog_velocity[:2]])
         self._aim(observation, command)
         for _ in range(FIRST_SOLVES):
-            self._solver.solve(True)
-            self._model.wrapper.update_kinematics()
+            self._solve()
 
     def _advance_reference(self, observation: Observation, zmp: Array) -> Array:
         """One tick of the COG reference; returns the COG acceleration (2,) that the command means (1)-(2)."""
@@ -153,6 +157,13 @@ class IkWholeBody:
             jacobian = wrapper.frame_jacobian(f"{side}_sole", "local_world_aligned")
             torque -= jacobian.T @ np.concatenate([part, moment])
         return torque[6:]
+
+
+def _hold(observation: Observation) -> JointTargets:
+    """Targets that keep the measured pose without feed-forward."""
+    position = observation.configuration[7:].copy()
+    still = np.zeros_like(position)
+    return JointTargets(position=position, velocity=still, torque=still)
 
 
 def _shares(command: BalanceCommand) -> dict[Side, float]:
