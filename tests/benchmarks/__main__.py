@@ -1,0 +1,20 @@
+"""`python -m tests.benchmarks [sets] [loop] [zmp_tracking]`: the tables of `make bench`, all if none is named."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+
+NAMES = ("sets", "loop", "zmp_tracking")
+
+if __name__ == "__main__":
+    # Before numpy loads: thread pools cost more than they give at this size, and blur the times.
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    asked = sys.argv[1:] or list(NAMES)
+    unknown = [name for name in asked if name not in NAMES]
+    if unknown:
+        sys.exit(f"no benchmark {unknown[0]!r}; there are {', '.join(NAMES)}")
+    for name in asked:
+        importlib.import_module(f"tests.benchmarks.{name}").main()
