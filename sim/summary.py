@@ -1,0 +1,134 @@
+"""What a sweep says in the end: thresholds, rates and the truth of the prediction, in `summary.json`."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sim.push_limits import push_limits
+from sim.results import read_results, read_sweep, write_bytes
+from sim.statistics import Row, grouped, number, rate_of, recovered
+from sim.thresholds import CASE_COLUMNS, Threshold, thresholds, varying
+from sim.truth import sector, truth
+
+SUMMARY = "summary.json"
+
+# What only a closer look at one episode needs; long, and not wanted ten thousand times in memory.
+_BULKY = frozenset({"traceback", "trace_hash"})
+# A column with more values than this was drawn at random: its rates are of ranges of it.
+_MOST_VALUES = 24
+_RANGES = 8
+
+
+def load_rows(folder: Path) -> list[dict[str, Any]]:
+    """The episodes of a sweep's folder.
+
+    Raises:
+        ResultsError: if there are none, or a file is damaged.
+    """
+    table = read_results(folder)
+    rows: list[dict[str, Any]] = table.select([n for n in table.schema.names if n not in _BULKY]).to_pylist()
+    return rows
+
+
+def summarise(rows: Sequence[Row], sweep: dict[str, Any]) -> dict[str, Any]:
+    """All that is concluded from a sweep, of JSON types.
+
+    Args:
+        rows: its episodes.
+        sweep: what `sweep.json` says of it.
+    """
+    robust = thresholds(rows)
+    facts = {name: sweep.get(name) for name in ("name", "description", "suite_hash", "seed", "planned", "finished")}
+    summary = {
+        "suite": facts.pop("name"),
+        **facts,
+        "versions": sweep.get("versions"),
+        "commit": sweep.get("commit"),
+        "episodes": len(rows),
+        "outcomes": dict(Counter(str(row["outcome"]) for row in rows)),
+        **{f"{name}s": [value for (value,) in grouped(rows, [name])] for name in ("robot", "world", "controller")},
+        "robust": [one.as_dict() for one in robust],
+        **{f"robust_{how}_{scale}": _condense(robust, how, scale) for how in ("mean", "worst") for scale in _SCALES},
+        "limits": [limit.as_dict() for limit in (push_limits(rows) if robust else [])],
+        "rates": list(_rates(rows)),
+        "truth": truth(rows),
+    }
+    # As a reader of the file will see it: tuples are lists, and nothing is infinite.
+    result: dict[str, Any] = json.loads(json.dumps(summary, allow_nan=False))
+    return result
+
+
+def write_summary(folder: Path) -> dict[str, Any]:
+    """Summarise a sweep's folder into its `summary.json`, and return what was written.
+
+    Raises:
+        ResultsError: if the folder cannot be read, or the file not be written.
+    """
+    summary = summarise(load_rows(folder), read_sweep(folder))
+    write_bytes((json.dumps(summary, indent=1, allow_nan=False) + "\n").encode(), folder / SUMMARY)
+    return summary
+
+
+def print_summary(summary: dict[str, Any]) -> None:
+    """Print thresholds, rates and truth as tables in the terminal."""
+    from sim.summary_table import show
+
+    show(summary)
+
+
+_SCALES = ("over_omega_d", "over_sqrt_gh", "delta_v")
+
+
+def _condense(robust: list[Threshold], how: str, scale: str) -> dict[str, float]:
+    """Mean or least threshold over the directions, and over the cases if there are several, by controller."""
+    values: dict[str, list[float]] = {}
+    for one in robust:
+        value = getattr(one, scale)
+        if value is not None:
+            values.setdefault(one.controller, []).append(value)
+    return {name: float(np.mean(found)) if how == "mean" else min(found) for name, found in values.items()}
+
+
+def _rates(rows: Sequence[Row]) -> Iterator[dict[str, Any]]:
+    columns = ["direction_deg", "delta_v", *varying(rows)]
+    labelled = _labelled(rows, columns)
+    levels = [[], ["controller"], ["controller", "direction_deg", "delta_v"]]
+    levels += [["controller", name] for name in columns]
+    levels += [["controller", name, "direction_deg"] for name in varying(rows)]
+    for by in levels:
+        for values, members in grouped(labelled, by).items():
+            counts = Counter(str(row["outcome"]) for row in members)
+            yield {
+                "by": dict(zip(by, values, strict=True)),
+                **rate_of(map(recovered, members)).as_dict(),
+                **{name: counts.get(name, 0) for name in ("fell", "not_settled", "crashed")},
+            }
+
+
+def _labelled(rows: Sequence[Row], columns: Sequence[str]) -> list[Row]:
+    """Rows whose columns that were drawn at random hold ranges [low, high] instead, and sectors for directions."""
+    changed: list[dict[str, Any]] = [dict(row) for row in rows]
+    for name in columns:
+        values = [number(row[name]) for row in rows] if name in _NUMERIC else []
+        known = [value for value in values if value is not None]
+        if len(set(known)) <= _MOST_VALUES:
+            continue
+        edges = np.round(np.linspace(min(known), max(known), _RANGES + 1), 6)
+        for row, value in zip(changed, values, strict=True):
+            if value is None:
+                continue
+            if name == "direction_deg":
+                row[name] = sector(value)
+            else:
+                i = int(np.clip(np.searchsorted(edges, value, side="right") - 1, 0, _RANGES - 1))
+                row[name] = (float(edges[i]), float(edges[i + 1]))
+    return list(changed)
+
+
+_NUMERIC = frozenset({"direction_deg", "delta_v", *CASE_COLUMNS}) - {"robot", "world", "whole_body", "body"}

@@ -1,0 +1,104 @@
+"""A summary as tables in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from sim.wording import case_words, fixed, fraction, percent
+
+_LEGEND = """Δv: every push up to it is recovered in 4 of 5 replicas, ≥ if it is the suite's
+largest; ever: the largest ever recovered; Δv/ωd = 1: the limit without a step"""
+_ORDER = ("supervisor", "regulator", "statue")
+
+
+def ordered(controllers: Iterable[str]) -> list[str]:
+    """Controllers with ours first and the null ones last."""
+    return sorted(controllers, key=lambda name: (_ORDER.index(name) if name in _ORDER else len(_ORDER), name))
+
+
+def cases(summary: dict[str, Any]) -> list[dict[str, Any]]:
+    """The cases that the thresholds are of, each once."""
+    found: list[dict[str, Any]] = []
+    for entry in summary["robust"]:
+        if entry.get("case", {}) not in found:
+            found.append(entry.get("case", {}))
+    return found
+
+
+def show(summary: dict[str, Any]) -> None:
+    """Print it."""
+    console = Console(highlight=False)
+    for case in cases(summary):
+        console.print(_thresholds(summary, case))
+    if summary["robust"]:
+        console.print(_LEGEND, style="dim")
+    console.print(_rates(summary))
+    if summary["truth"]["false_safe"]:
+        console.print(_truth(summary))
+
+
+def _table(title: str) -> Table:
+    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+
+
+def _thresholds(summary: dict[str, Any], case: dict[str, Any]) -> Table:
+    entries = [entry for entry in summary["robust"] if entry.get("case", {}) == case]
+    controllers = ordered({entry["controller"] for entry in entries})
+    table = _table(f"{summary['suite']}: robust recoverable push" + (f", {case_words(case)}" if case else ""))
+    table.add_column("direction", justify="right", no_wrap=True)
+    for name in controllers:
+        table.add_column(f"{name}\nΔv [m/s]", justify="right", no_wrap=True)
+        table.add_column("\never", justify="right")
+        table.add_column("\nΔv/ωd", justify="right")
+    by_key = {(entry["controller"], entry["direction_deg"]): entry for entry in entries}
+    for direction in sorted({entry["direction_deg"] for entry in entries}):
+        cells = []
+        for name in controllers:
+            one = by_key.get((name, direction))
+            cells += ["", "", ""] if one is None else _cells(one)
+        table.add_row(f"{direction:g}°", *cells)
+    table.add_section()
+    for how, condense in (("mean", lambda found: sum(found) / len(found)), ("worst", min)):
+        cells = []
+        for name in controllers:
+            own = [entry for entry in entries if entry["controller"] == name]
+            scaled = [entry["over_omega_d"] for entry in own if entry["over_omega_d"] is not None]
+            cells += [fixed(condense([entry["delta_v"] for entry in own])), ""]
+            cells += [fixed(condense(scaled) if scaled else None)]
+        table.add_row(how, *cells, style="bold")
+    return table
+
+
+def _cells(one: dict[str, Any]) -> list[str]:
+    return [fixed(one["delta_v"], capped=one["capped"]), fixed(one["ever"]), fixed(one["over_omega_d"])]
+
+
+def _rates(summary: dict[str, Any]) -> Table:
+    table = _table("recovered, of the episodes that were run [95 %]")
+    for heading in ("controller", "recovered", "of", "fell", "not settled", "crashed"):
+        table.add_column(heading, justify="left" if heading == "controller" else "right", no_wrap=True)
+    found = {entry["by"]["controller"]: entry for entry in summary["rates"] if list(entry["by"]) == ["controller"]}
+    for name in ordered(found):
+        one = found[name]
+        counts = (str(one[key]) for key in ("n", "fell", "not_settled", "crashed"))
+        table.add_row(name, percent(one), *counts)
+    return table
+
+
+def _truth(summary: dict[str, Any]) -> Table:
+    truth = summary["truth"]
+    table = _table("prediction of the sets at the end of the push [95 %]")
+    table.add_column("world")
+    table.add_column("false safe", no_wrap=True)
+    table.add_column("of predicted safe", justify="right", no_wrap=True)
+    table.add_column("false alarm", no_wrap=True)
+    table.add_column("of predicted unsafe", justify="right", no_wrap=True)
+    for world, safe in truth["false_safe"].items():
+        alarm = truth["false_alarm"][world]
+        table.add_row(world, percent(safe), fraction(safe), percent(alarm), fraction(alarm))
+    return table
