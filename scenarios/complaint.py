@@ -11,7 +11,10 @@ from pydantic import BaseModel, ValidationError
 from scenarios.push import Push
 from scenarios.schema import DcmGain, Disturbance, LqrGain, PolesGain, Scenario, Stepping, Timing, Variation
 
-_TABLES: Mapping[tuple[str, ...], type[BaseModel]] = {
+Tables = Mapping[tuple[str, ...], type[BaseModel]]
+"""Place in a file -> the table that is expected there."""
+
+_TABLES: Tables = {
     (): Scenario,
     ("timing",): Timing,
     ("stepping",): Stepping,
@@ -36,13 +39,18 @@ _KINDS = {
 }
 
 
-def complaint(error: ValidationError) -> str:
-    """The first thing that pydantic found wrong, in one line."""
+def complaint(error: ValidationError, tables: Tables = _TABLES) -> str:
+    """The first thing that pydantic found wrong, in one line.
+
+    Args:
+        error: of pydantic.
+        tables: what the file may hold, to name the fields that are allowed; those of a scenario by default.
+    """
     found = error.errors(include_url=False)
     rest = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
     # A misspelt field is often missing too; the misspelling is the better hint.
     first = min(found, key=lambda each: each["type"] != "extra_forbidden")
-    return _line(dict(first)) + rest
+    return _line(dict(first), tables) + rest
 
 
 def near(name: str, names: Iterable[str]) -> str:
@@ -51,7 +59,7 @@ def near(name: str, names: Iterable[str]) -> str:
     return f"; did you mean {match[0]!r}?" if match else ""
 
 
-def _line(found: dict[str, Any]) -> str:
+def _line(found: dict[str, Any], tables: Tables) -> str:
     kind, loc, value = found["type"], tuple(found["loc"]), found["input"]
     context = found.get("ctx", {})
     if kind == "conflict":
@@ -61,7 +69,7 @@ def _line(found: dict[str, Any]) -> str:
             return f"{_path(loc[:-1])}: {_short(value)} is too short; it needs at least {loc[-1] + 1} entries"
         return f"{_path(loc)}: is missing; it must be given"
     if kind == "extra_forbidden":
-        names = _fields(loc[:-1])
+        names = _fields(loc[:-1], tables)
         return f"{_path(loc)}: unknown field{near(str(loc[-1]), names)}; allowed: {', '.join(names)}"
     if kind == "union_tag_invalid":
         tags = context["expected_tags"]
@@ -92,9 +100,9 @@ def _path(loc: tuple[str | int, ...]) -> str:
     return text
 
 
-def _fields(table: tuple[str | int, ...]) -> list[str]:
+def _fields(table: tuple[str | int, ...], tables: Tables) -> list[str]:
     names = tuple(part for part in table if isinstance(part, str))
-    return list(_TABLES[names].model_fields)
+    return list(tables[names].model_fields)
 
 
 def _words(expected: str) -> list[str]:

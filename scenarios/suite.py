@@ -1,0 +1,204 @@
+"""What a suite may say: a base scenario, axes to cross, replicas, and how a series of sizes ends."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Annotated, Any, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from scenarios.complaint import Tables
+from scenarios.fields import NotNegative, Positive, Strict, conflict, snap
+from scenarios.schema import Controller, WholeBody, World
+
+MANY = 1_000_000
+"""More episodes than this are run only if asked for twice."""
+
+
+def _levels(value: Any) -> Any:
+    """`{first, last, step}` written out."""
+    if not isinstance(value, dict):
+        return value
+    if set(value) != {"first", "last", "step"} or not all(
+        isinstance(v, int | float) and math.isfinite(v) for v in value.values()
+    ):
+        raise ValueError("is neither a list nor a table of three numbers {first, last, step}")
+    first, last, step = value["first"], value["last"], value["step"]
+    if step <= 0 or last < first:
+        raise ValueError("must have a positive step and last >= first")
+    count = math.floor(snap((last - first) / step)) + 1
+    if count > MANY:
+        raise ValueError(f"makes {count} values; at most {MANY} are allowed")
+    # Decimal fractions: 0.05 + 2 * 0.05 is meant to be 0.15 and not its neighbour.
+    return [round(first + i * step, 12) for i in range(count)]
+
+
+def _distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    twice = [value for value, count in Counter(values).items() if count > 1]
+    if twice:
+        raise ValueError(f"must not hold {twice[0]!r} twice")
+    return values
+
+
+_AXIS = (Field(strict=False, min_length=1), AfterValidator(_distinct))
+_GRID = (BeforeValidator(_levels), *_AXIS)
+Words = Annotated[tuple[Annotated[str, Field(min_length=1)], ...], *_AXIS]
+Numbers = Annotated[tuple[float, ...], *_GRID]
+Positives = Annotated[tuple[Positive, ...], *_GRID]
+NotNegatives = Annotated[tuple[NotNegative, ...], *_GRID]
+
+
+class Axes(Strict):
+    """The values to cross, each axis a list or, for numbers, `{first, last, step}`.
+
+    Attributes:
+        robot, world, controller, whole_body: as of a scenario.
+        body, direction, delta_v, impulse, duration, start, height: as of a push; one of delta_v and impulse.
+        mass_scale, friction, delay, noise_position, noise_velocity: as of a scenario's disturbance.
+    """
+
+    robot: Words | None = None
+    world: Annotated[tuple[World, ...], *_AXIS] | None = None
+    controller: Annotated[tuple[Controller, ...], *_AXIS] | None = None
+    whole_body: Annotated[tuple[WholeBody, ...], *_AXIS] | None = None
+    body: Words | None = None
+    direction: Numbers | None = None
+    delta_v: Positives | None = None
+    impulse: Positives | None = None
+    duration: Positives | None = None
+    start: NotNegatives | None = None
+    height: Numbers | None = None
+    mass_scale: Positives | None = None
+    friction: Positives | None = None
+    delay: NotNegatives | None = None
+    noise_position: NotNegatives | None = None
+    noise_velocity: NotNegatives | None = None
+
+    def given(self) -> dict[str, tuple[Any, ...]]:
+        """The axes that the suite has, in the order above."""
+        return {name: values for name in Axes.model_fields if (values := getattr(self, name)) is not None}
+
+
+def _ordered(span: tuple[float, float]) -> tuple[float, float]:
+    if span[0] > span[1]:
+        raise ValueError("must be [lowest, highest]")
+    return span
+
+
+_SPAN = (Field(strict=False), AfterValidator(_ordered))
+Span = Annotated[tuple[float, float], *_SPAN]
+PositiveSpan = Annotated[tuple[Positive, Positive], *_SPAN]
+NotNegativeSpan = Annotated[tuple[NotNegative, NotNegative], *_SPAN]
+
+
+class Random(Strict):
+    """Pushes drawn evenly from ranges [lowest, highest].
+
+    Attributes:
+        count: how many; more of them change none of the former.
+        direction, delta_v, impulse, duration, start, height: as of a push.
+    """
+
+    count: int = Field(ge=1)
+    direction: Span | None = None
+    delta_v: PositiveSpan | None = None
+    impulse: PositiveSpan | None = None
+    duration: PositiveSpan | None = None
+    start: NotNegativeSpan | None = None
+    height: Span | None = None
+
+    def given(self) -> dict[str, tuple[float, float]]:
+        """The ranges that the suite has."""
+        names = (name for name in Random.model_fields if name != "count")
+        return {name: span for name in names if (span := getattr(self, name)) is not None}
+
+
+class Replica(Strict):
+    """How replicas differ; what is seeded is so by the suite's seed and the episode's parameters.
+
+    Attributes:
+        pose: standard deviation of the initial joint angles [rad]; None is the base scenario's.
+        shift: each replica is pushed this much later than the one before [s].
+        time: greatest seeded shift of the push, to either side [s].
+        direction: greatest seeded turn of the push, to either side [deg].
+    """
+
+    pose: NotNegative | None = None
+    shift: NotNegative = 0.0
+    time: NotNegative = 0.0
+    direction: NotNegative = 0.0
+
+
+class Adaptive(Strict):
+    """When a series of growing pushes, alike in all but their size, ends.
+
+    Attributes:
+        stop_after: so many failures in a row.
+        each_replica: whether each replica is a series of its own; else all replicas of a size come before the next.
+    """
+
+    stop_after: int = Field(ge=1)
+    each_replica: bool = True
+
+
+class Suite(Strict):
+    """Many episodes.
+
+    Attributes:
+        description: one line.
+        scenario: the base: name of a scenario, path of a file, or its fields; at most one push, which gives the
+            push's defaults.
+        axes: what is crossed.
+        random: pushes that are drawn; crossed with the axes.
+        replicas: repetitions of each episode.
+        replica: how they differ.
+        adaptive: ends a series of growing pushes early.
+        seed: of everything that is drawn.
+        after: time after the push until the episode is judged at the latest [s].
+    """
+
+    description: str = Field(min_length=1, pattern=r"^[^\n]*$")
+    scenario: str | dict[str, Any] = "quiet"
+    axes: Axes = Axes()
+    random: Random | None = None
+    replicas: int = Field(default=1, ge=1)
+    replica: Replica = Replica()
+    adaptive: Adaptive | None = None
+    seed: int = Field(default=0, ge=0)
+    after: Positive = 5.0
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        axes, drawn = self.axes.given(), {} if self.random is None else self.random.given()
+        for name in drawn:
+            if name in axes:
+                raise conflict(f"random.{name}", "is an axis already; it must not be given")
+        sizes = [name for name in ("delta_v", "impulse") if name in axes or name in drawn]
+        if len(sizes) > 1:
+            raise conflict("axes.impulse", "give only one of impulse [N s] and delta_v [m/s]")
+        if self.adaptive is not None and not any(size in axes for size in sizes):
+            raise conflict("adaptive", "needs an axis delta_v or impulse")
+        return self
+
+    @property
+    def size_axis(self) -> str | None:
+        """Which axis holds the size of the push, if one does."""
+        axes = self.axes.given()
+        return next((name for name in ("delta_v", "impulse") if name in axes), None)
+
+    @property
+    def episodes(self) -> int:
+        """How many episodes there are, before any series ends early."""
+        crossed = math.prod(len(values) for values in self.axes.given().values())
+        return crossed * self.replicas * (1 if self.random is None else self.random.count)
+
+
+SUITE_TABLES: Tables = {
+    (): Suite,
+    ("axes",): Axes,
+    ("random",): Random,
+    ("replica",): Replica,
+    ("adaptive",): Adaptive,
+}
+"""Place in a suite's file -> the table that is expected there."""

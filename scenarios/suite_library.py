@@ -1,0 +1,117 @@
+"""Finding suites by name or path, and reading them with their base scenario."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from models.errors import InputError
+from scenarios.complaint import complaint, near
+from scenarios.library import load
+from scenarios.schema import Scenario
+from scenarios.suite import SUITE_TABLES, Suite
+
+SHIPPED = Path(__file__).parent / "suites"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadedSuite:
+    """A suite with its base scenario.
+
+    Attributes:
+        name: of the file.
+        path: of the file.
+        text: of the file.
+        suite: what it says.
+        base: the scenario that its episodes vary, without its push.
+        push: what its push says.
+    """
+
+    name: str
+    path: Path
+    text: str
+    suite: Suite
+    base: Scenario
+    push: Mapping[str, Any]
+
+
+def shipped() -> dict[str, Path]:
+    """The suites that come with Okiagari: name -> file."""
+    return {path.stem: path for path in sorted(SHIPPED.glob("*.toml"))}
+
+
+def load_suite(name: str | Path) -> LoadedSuite:
+    """Read and check a suite.
+
+    Args:
+        name: a shipped suite's name, or a path to a `.toml` file.
+
+    Raises:
+        InputError: if it cannot be read or says something that is not allowed; one line.
+    """
+    path = _find(name)
+    try:
+        text = path.read_text(encoding="utf-8")
+        fields = tomllib.loads(text)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:  # of the encoding, or of TOML
+        raise InputError(f"{path}: not a TOML file: {' '.join(str(error).split())}") from None
+    try:
+        suite = Suite.model_validate(fields)
+    except ValidationError as error:
+        raise InputError(f"{path}: {complaint(error, SUITE_TABLES)}") from None
+    base = _base(suite, path)
+    if len(base.pushes) > 1:
+        raise InputError(f"{path}: scenario: has {len(base.pushes)} pushes; a suite's base has at most one")
+    push = base.pushes[0].model_dump(mode="json", exclude_none=True) if base.pushes else {}
+    base = base.model_copy(update={"pushes": ()})
+    loaded = LoadedSuite(name=path.stem, path=path, text=text, suite=suite, base=base, push=push)
+    _check_push(loaded)
+    return loaded
+
+
+def _find(name: str | Path) -> Path:
+    known = shipped()
+    if str(name) in known:
+        return known[str(name)]
+    path = Path(name)
+    if path.suffix == ".toml":
+        if path.is_file():
+            return path
+        raise InputError(f"suite: no file {str(path)!r}")
+    raise InputError(
+        f"suite: {str(name)!r} is neither one of {', '.join(known)} nor a path to a .toml file{near(str(name), known)}"
+    )
+
+
+def _base(suite: Suite, path: Path) -> Scenario:
+    if isinstance(suite.scenario, str):
+        given = suite.scenario
+        try:
+            return load(path.parent / given if given.endswith(".toml") else given)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+    fields = {"description": suite.description} | suite.scenario
+    robot = fields.get("robot")
+    if isinstance(robot, str) and robot.endswith(".xml"):
+        fields["robot"] = str((path.parent / robot).resolve())
+    try:
+        return Scenario.model_validate(fields)
+    except ValidationError as error:
+        raise InputError(f"{path}: scenario.{complaint(error)}") from None
+
+
+def _check_push(loaded: LoadedSuite) -> None:
+    """Every episode must have a direction and a size."""
+    suite = loaded.suite
+    given = {*suite.axes.given(), *(suite.random.given() if suite.random else ()), *loaded.push}
+    for field, others in (("direction", {"direction", "vector"}), ("delta_v", {"delta_v", "impulse"})):
+        if not given & others:
+            why = "is missing; the base scenario's push does not give it either"
+            raise InputError(f"{loaded.path}: axes.{field}: {why}")

@@ -1,0 +1,221 @@
+"""The episodes of a suite: names, seeds and scenarios, each from its own parameters alone."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from controllers.gains import GainError
+from controllers.pendulum import Pendulum
+from models.errors import InputError
+from models.robot import Robot, load_robot
+from scenarios.complaint import complaint
+from scenarios.library import check_against
+from scenarios.push import Push
+from scenarios.schema import Scenario
+from scenarios.suite import Random
+from scenarios.suite_library import LoadedSuite
+from sim.brain import make_gain
+
+# Who answers the push does not change what is drawn: controllers are compared push by push.
+_WHO = ("world", "controller", "whole_body")
+_SCENARIO = ("robot", "world", "controller", "whole_body")
+_DISTURBANCE = ("mass_scale", "friction", "delay", "noise_position", "noise_velocity")
+_PUSH = ("body", "direction", "delta_v", "impulse", "duration", "start", "height")
+# Digits of drawn values: micrometres and microseconds, and short to read.
+_DIGITS = 6
+# Sets what a replica draws apart from what else is drawn with the episode's seed.
+_STREAM = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Episode:
+    """One episode of a suite.
+
+    Attributes:
+        name: short hash of the suite's seed and the parameters.
+        suite: name of the suite.
+        series: what adaptive series it belongs to; else its own name.
+        seed: of the scenario.
+        parameters: what was asked, as in the suite; one of delta_v and impulse, `direction` unless the base scenario
+            gives a vector.
+    """
+
+    name: str
+    suite: str
+    series: str
+    seed: int
+    parameters: Mapping[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Series:
+    """Episodes that are run one after another.
+
+    Attributes:
+        name: the same for the same parameters.
+        episodes: in order.
+        stop_after: so many failures in a row end it; None for never.
+    """
+
+    name: str
+    episodes: tuple[Episode, ...]
+    stop_after: int | None = None
+
+
+def plan(loaded: LoadedSuite) -> list[Series]:
+    """All episodes of a suite, in series that may be run side by side.
+
+    Raises:
+        InputError: if one of them is impossible.
+    """
+    suite, adaptive = loaded.suite, loaded.suite.adaptive
+    check = _checker(loaded)
+    groups: dict[str, list[Episode]] = {}
+    for asked in _conditions(loaded):
+        for replica in range(suite.replicas):
+            parameters = asked | {"replica": replica}
+            name = _hash(loaded, parameters)
+            alike = {key: value for key, value in parameters.items() if key != suite.size_axis}
+            if adaptive is None:
+                series = name
+            elif adaptive.each_replica:
+                series = _hash(loaded, alike)
+            else:
+                series = _hash(loaded, {key: value for key, value in alike.items() if key != "replica"})
+            seed = _seed(loaded, {key: value for key, value in parameters.items() if key not in _WHO})
+            episode = Episode(name=name, suite=loaded.name, series=series, seed=seed, parameters=parameters)
+            groups.setdefault(series, []).append(episode)
+            check(episode)
+    names = [episode.name for group in groups.values() for episode in group]
+    assert len(set(names)) == len(names), "two episodes of one name"
+    if adaptive is None:
+        return [Series(name=name, episodes=tuple(group)) for name, group in groups.items()]
+    size = suite.size_axis or ""
+    grown = {
+        name: tuple(sorted(group, key=lambda episode: (episode.parameters[size], episode.parameters["replica"])))
+        for name, group in groups.items()
+    }
+    return [Series(name=name, episodes=group, stop_after=adaptive.stop_after) for name, group in grown.items()]
+
+
+def suite_hash(loaded: LoadedSuite) -> str:
+    """Of all that decides which episodes a suite has; two suites of one hash are the same."""
+    content = loaded.suite.model_dump(mode="json", exclude={"description", "scenario"})
+    base = loaded.base.as_dict()
+    del base["description"]
+    return hashlib.sha256(_canonical([content, base, dict(loaded.push)])).hexdigest()
+
+
+def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
+    """What is asked of each episode, replicas apart."""
+    suite, base, push = loaded.suite, loaded.base, loaded.push
+    plain = Push.model_fields
+    always: dict[str, Any] = {name: getattr(base, name) for name in _SCENARIO}
+    always |= {name: getattr(base.disturbance, name) for name in _DISTURBANCE}
+    always |= {name: push.get(name, plain[name].default) for name in ("body", "duration", "height")}
+    always |= {"start": push.get("start", 1.0)}
+    axes = suite.axes.given()
+    drawn = {} if suite.random is None else suite.random.given()
+    for name in ("direction", "delta_v", "impulse"):
+        given = {*axes, *drawn}
+        if name in push and not (given & {"delta_v", "impulse"} if name != "direction" else name in given):
+            always[name] = push[name]
+    for values in itertools.product(*axes.values()):
+        chosen = always | dict(zip(axes, values, strict=True))
+        if suite.random is None:
+            yield chosen
+        else:
+            yield from (chosen | _draw(suite.random, suite.seed, i) for i in range(suite.random.count))
+
+
+def _draw(random: Random, seed: int, number: int) -> dict[str, float]:
+    """The values of one drawn push, each from a stream of its own: another range changes no other value."""
+    values = {}
+    for name, (low, high) in random.given().items():
+        rng = np.random.default_rng(int.from_bytes(hashlib.sha256(_canonical([seed, number, name])).digest()[:8]))
+        values[name] = round(float(rng.uniform(low, high)), _DIGITS)
+    return values
+
+
+def scenario_of(loaded: LoadedSuite, episode: Episode) -> Scenario:
+    """The scenario of an episode.
+
+    Raises:
+        InputError: if its parameters do not fit together.
+    """
+    suite, replica, parameters = loaded.suite, loaded.suite.replica, episode.parameters
+    rng = np.random.default_rng([episode.seed, _STREAM])
+    later, turned = rng.uniform(-1.0, 1.0, 2)
+    push = dict(loaded.push)
+    if "direction" in parameters:
+        push.pop("vector", None)
+    if {"delta_v", "impulse"} & parameters.keys():
+        push.pop("delta_v", None)
+        push.pop("impulse", None)
+    push |= {name: parameters[name] for name in _PUSH if name in parameters}
+    start = push["start"] + parameters["replica"] * replica.shift + replica.time * later
+    push["start"] = max(0.0, round(start, _DIGITS))
+    if "direction" in push:
+        push["direction"] = round(push["direction"] + replica.direction * turned, _DIGITS)
+    fields = loaded.base.as_dict() | {name: parameters[name] for name in _SCENARIO}
+    fields["disturbance"] = {name: value for name in _DISTURBANCE if (value := parameters[name]) is not None}
+    fields["variation"] = {"pose": replica.pose} if replica.pose is not None else fields["variation"]
+    # The last row of a trace is one tick before the end, and it is that row which must be late enough.
+    end = push["start"] + push["duration"]
+    fields["duration"] = round(end + suite.after + 2 * loaded.base.timing.control, _DIGITS)
+    fields |= {"seed": episode.seed, "pushes": [push], "description": f"{loaded.name}: {suite.description}"}
+    robot = parameters["robot"]
+    if robot.endswith(".xml"):
+        fields["robot"] = str((loaded.path.parent / robot).resolve())
+    try:
+        return Scenario.model_validate(fields)
+    except ValidationError as error:
+        raise InputError(f"{loaded.path}: {complaint(error)}") from None
+
+
+def _checker(loaded: LoadedSuite) -> Callable[[Episode], None]:
+    """Checks whether parameters fit together and to their robot, once for each that matters to that."""
+    robots: dict[str, Robot] = {}
+    known = set()
+
+    def check(episode: Episode) -> None:
+        key = tuple(bool(value) if name == "height" else value for name, value in _fitting(episode.parameters))
+        if key in known:
+            return
+        known.add(key)
+        scenario = scenario_of(loaded, episode)
+        try:
+            if scenario.robot not in robots:
+                robots[scenario.robot] = robot = load_robot(scenario.robot)
+                make_gain(scenario, Pendulum(robot.omega, scenario.timing.control))
+            check_against(scenario, robots[scenario.robot])
+        except (InputError, GainError) as error:
+            raise InputError(f"{loaded.path}: {error}") from None
+
+    return check
+
+
+def _fitting(parameters: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The parameters that can be at odds with others; each alone has been checked when the suite was read."""
+    return ((name, parameters[name]) for name in (*_SCENARIO, "friction", "delay", "body", "height"))
+
+
+def _canonical(value: Any) -> bytes:
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+
+
+def _hash(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> str:
+    return hashlib.sha256(_canonical([loaded.suite.seed, dict(parameters)])).hexdigest()[:12]
+
+
+def _seed(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> int:
+    digest = hashlib.sha256(_canonical([loaded.suite.seed, "seed", dict(parameters)])).digest()
+    return int.from_bytes(digest[:4])
