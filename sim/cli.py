@@ -1,4 +1,4 @@
-"""The command line: run, render, list."""
+"""The command line: run, render, list, and (in `sim.cli_sets`) figures and sets."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from models.errors import InputError
 from scenarios.library import check_against, find, load, shipped
 from scenarios.schema import Controller, Scenario, WholeBody, World
 from sim import run_folder
+from sim.cli_sets import register
 
 if TYPE_CHECKING:
     from sim.episode import EpisodeResult
@@ -42,6 +43,10 @@ app = typer.Typer(
     [bold]okiagari run three_pushes --world pendulum[/bold]   on its model alone, as in the paper
 
     [bold]okiagari run three_pushes --controller regulator[/bold]   the same pushes without stepping
+
+    [bold]okiagari sets three_pushes[/bold]   how hard a push the robot can take, and how hard one could be
+
+    [bold]okiagari figures[/bold]   the paper's figures of the sets
     """,
 )
 
@@ -274,3 +279,6 @@ def endings(result: EpisodeResult) -> list[str]:
     verdict = result.outcome.result.value.replace("_", " ")
     missed = len(result.pushes) - len(begun)
     return ["stood"] * (len(begun) - 1) + [verdict] * bool(begun) + ["not reached"] * missed
+
+
+register(app, _open, _progress)

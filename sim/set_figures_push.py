@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from controllers.regulator import Regulator
 from controllers.signals import BalanceCommand, Controller, Decision, FootReference, Observation
 from controllers.support import Foot
-from models.arena import SIDES
-from models.robot import Robot, Side
+from models.arena import SIDES, Side
+from models.robot import Robot
 from scenarios.schema import Scenario
 from sim.course import draw_course
 from sim.episode import EpisodeResult, run_episode

@@ -18,8 +18,8 @@ from controllers.reference import Reference
 from controllers.support import Foot, support_polygon
 from controllers.tracking_sets import TrackingSets, tracking_sets
 from controllers.walk import walk_reference
-from models.arena import SIDES
-from models.robot import Robot, Side, other
+from models.arena import SIDES, Side
+from models.robot import Robot, other
 
 Array = NDArray[np.float64]
 Kind = Literal["projection", "slice"]

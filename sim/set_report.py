@@ -17,8 +17,8 @@ from controllers.pendulum import Pendulum
 from controllers.supervisor import Supervisor
 from controllers.support import Foot
 from controllers.tracker import Tracker
-from models.arena import SIDES
-from models.robot import Robot, Side, load_robot, other
+from models.arena import SIDES, Side
+from models.robot import Robot, load_robot, other
 from scenarios.schema import Scenario
 from sim.brain import make_brain
 from sim.plant import PendulumPlant

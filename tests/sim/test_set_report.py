@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
 from rich.console import Console
 
 from controllers.footholds import StepLimits
@@ -18,8 +17,7 @@ from controllers.pendulum import Pendulum
 from models.robot import load_robot
 from scenarios.library import load
 from scenarios.schema import Scenario
-from sim.cli import _open, _progress
-from sim.cli_sets import register
+from sim.cli import main
 from sim.set_figures_walk import standing_feet
 from sim.set_report import DIRECTIONS, set_report, step_limit
 from sim.set_report_print import print_report
@@ -28,12 +26,6 @@ from sim.set_report_print import print_report
 @pytest.fixture(scope="module")
 def report() -> dict:
     return set_report(load("three_pushes"))
-
-
-def command_line() -> typer.Typer:
-    app = typer.Typer()
-    register(app, _open, _progress)
-    return app
 
 
 def test_certificates_hold(report: dict) -> None:
@@ -119,13 +111,24 @@ def test_tables_say_what_the_report_says(report: dict) -> None:
 
 
 def test_json_is_json(capsys: pytest.CaptureFixture[str], report: dict) -> None:
-    command_line()(args=["sets", "three_pushes", "--json"], standalone_mode=False)
+    assert main(["sets", "three_pushes", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(report, allow_nan=False))
 
 
-def test_figures_refuse_a_file_as_folder(tmp_path: Path) -> None:
+def test_figures_refuse_a_file_as_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     taken = tmp_path / "taken"
     taken.write_text("")
-    with pytest.raises(Exception, match="not a folder"):
-        command_line()(args=["figures", "--out", str(taken)], standalone_mode=False)
+    assert main(["figures", "--out", str(taken)]) == 2
+    assert "not a folder" in capsys.readouterr().err
     assert taken.read_text() == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [(["sets", "three_pushs"], "three_pushes"), (["figures", "--robot", "utmu"], "utmu2"), (["sets"], "SCENARIO")],
+)
+def test_bad_input_is_one_line(arguments: list[str], complaint: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments) == 2
+    message = capsys.readouterr().err
+    assert complaint.lower() in message.lower()
+    assert message.count("\n") == 1
