@@ -11,7 +11,8 @@ import numpy as np
 from controllers.gait_program import PlanningError, Reach
 from controllers.pendulum import Pendulum
 from controllers.support import Foot, SupportPolygon
-from models.robot import Side, other
+from models.arena import Side
+from models.robot import other
 
 _OCTAGON = np.array([[math.cos(a), math.sin(a)] for a in np.arange(4) * math.pi / 4])
 

@@ -14,7 +14,8 @@ from controllers.gait_program import PlanningError, solve
 from controllers.pendulum import Pendulum
 from controllers.reference import Reference
 from controllers.support import Foot, Point, SupportPolygon, support_polygon
-from models.robot import Side, other
+from models.arena import Side
+from models.robot import other
 
 # Beyond kilometres (and for NaN) the rounding of a plan is larger than the robot.
 _FARTHEST = 1e4

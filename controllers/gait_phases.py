@@ -14,7 +14,8 @@ from controllers.footholds import StepLimits, reach_rows
 from controllers.gait_program import Phase, PlanningError, Reach, knot_ticks
 from controllers.pendulum import Pendulum
 from controllers.support import Foot, Point, SupportPolygon, support_polygon
-from models.robot import Side, other
+from models.arena import Side
+from models.robot import other
 
 # Single support decides the plan and is short; the final double support only has to come to rest.
 _STEP_KNOT = 0.025

@@ -19,7 +19,7 @@ from controllers.gait_program import PlanningError, end_modes
 from controllers.parametric_outline import outline
 from controllers.pendulum import Pendulum
 from controllers.support import Foot, Point
-from models.robot import Side
+from models.arena import Side
 
 # HiGHS' tightest: with coefficients of one it is a distance in metres.
 _TOLERANCE = 1e-10

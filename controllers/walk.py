@@ -11,7 +11,8 @@ from controllers.gait_program import Phase, PlanningError, knot_ticks, solve
 from controllers.pendulum import Pendulum
 from controllers.reference import Reference
 from controllers.support import Foot, support_polygon
-from models.robot import Side, other
+from models.arena import Side
+from models.robot import other
 
 _KNOT = 0.025
 
