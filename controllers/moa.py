@@ -61,13 +61,13 @@ class MoaSet:
     sample: np.ndarray
     edge: np.ndarray
     bounded: bool
-    _S: np.ndarray = field(init=False, repr=False)
+    _columns: np.ndarray = field(init=False, repr=False)
     _a: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         for value in (self.centre, self.sample, self.edge):
             value.setflags(write=False)
-        object.__setattr__(self, "_S", self.polytope.S)
+        object.__setattr__(self, "_columns", np.ascontiguousarray(self.polytope.S.T))
         object.__setattr__(self, "_a", self.polytope.a + self.polytope.S @ self.x_C)
 
     @property
@@ -92,8 +92,9 @@ class MoaSet:
 
     def slack(self, x: ArrayLike) -> float:
         """Slack [m of ZMP] of the tightest row at state x (4,); negative outside the set, NaN for NaN."""
-        # dot and reduce instead of @ and min: half the time on one state, and every tick asks.
-        return float(np.minimum.reduce(self._a - self._S.dot(x)))
+        # dot of columns and argmin instead of @ and min: half the time on one state, and every tick asks.
+        slack = self._a - np.dot(x, self._columns)
+        return float(slack.item(slack.argmin()))
 
     def slacks(self, x: ArrayLike) -> np.ndarray:
         """`slack` of each state of x (..., 4), as (...,)."""
@@ -105,12 +106,12 @@ class MoaSet:
 
     def tight(self, x: ArrayLike) -> tuple[int, int]:
         """(sample, edge) of the row with the least slack at state x (4,)."""
-        row = int(np.argmin(self._a - self._S @ x))
+        row = int(np.argmin(self._a - np.dot(x, self._columns)))
         return int(self.sample[row]), int(self.edge[row])
 
     def in_world(self) -> Polytope:
         """The set in x instead of xbar."""
-        return Polytope(S=self._S, a=self._a)
+        return Polytope(S=self.S, a=self._a)
 
     def violation(self, x: ArrayLike) -> tuple[int, int, float] | None:
         """First sample at which the regulator started at x (4,) breaks a constraint, with the worst error if any.

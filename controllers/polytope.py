@@ -22,8 +22,8 @@ _FLAT = 1e-10
 # A row counts as redundant when it cuts less than this off (relative to its right side), far below a rounding
 # of the state estimate and above the tolerance of the solvers.
 _REDUNDANT = 1e-9
-# States evaluated at a time: the product with some hundred rows then stays in the cache.
-_CHUNK = 10_000
+# Points evaluated at a time: the product with some hundred rows then stays in the second cache.
+_CHUNK = 256
 
 
 class PolytopeError(OkiagariError):
@@ -82,8 +82,16 @@ class Polytope:
         x = np.asarray(x, dtype=float)
         points = x.reshape(-1, self.n)
         out = np.empty(len(points))
+        # One product gives a - S x outright, and the least of it runs along memory.
+        rows = np.column_stack((-self.S, self.a))
+        chunk = np.ones((self.n + 1, min(_CHUNK, len(points))))
+        slack = np.empty((len(rows), chunk.shape[1]))
         for i in range(0, len(points), _CHUNK):
-            out[i : i + _CHUNK] = (self.a - points[i : i + _CHUNK] @ self.S.T).min(axis=1)
+            part = points[i : i + _CHUNK].T
+            chunk, slack = chunk[:, : part.shape[1]], slack[:, : part.shape[1]]
+            chunk[:-1] = part
+            np.matmul(rows, chunk, out=slack)
+            np.minimum.reduce(slack, axis=0, out=out[i : i + _CHUNK], initial=np.inf)
         return out.reshape(x.shape[:-1])
 
     def contains(self, x: ArrayLike) -> np.ndarray:

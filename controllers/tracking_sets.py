@@ -55,8 +55,12 @@ class TrackingSets:
     sample: np.ndarray
     edge: np.ndarray
     _start: list[int] = field(init=False, repr=False)
+    _columns: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        # By columns, a query of all phases streams through memory in half the time.
+        object.__setattr__(self, "S", np.asfortranarray(self.S))
+        object.__setattr__(self, "_columns", self.S.T)
         for value in (self.S, self.a, self.start, self.sample, self.edge):
             value.setflags(write=False)
         # Plain integers: slicing by them costs a fifth of slicing by numpy's.
@@ -75,7 +79,8 @@ class TrackingSets:
     def slack(self, k: int, x: ArrayLike) -> float:
         """Slack [m of ZMP] of state x (4,) in the set of phase k; negative outside, NaN for NaN."""
         i, j = self._start[k], self._start[k + 1]
-        return float(np.minimum.reduce(self.a[i:j] - self.S[i:j].dot(x)))
+        slack = self.a[i:j] - np.dot(x, self._columns[:, i:j])
+        return float(slack.item(slack.argmin()))
 
     def slacks(self, k: int, x: ArrayLike) -> np.ndarray:
         """`slack` in phase k of each state of x (..., 4), as (...,)."""
@@ -83,7 +88,7 @@ class TrackingSets:
 
     def slack_all(self, x: ArrayLike) -> np.ndarray:
         """Slack (m + 1,) of state x (4,) in the set of every phase."""
-        return np.minimum.reduceat(self.a - self.S.dot(x), self.start[:-1])
+        return np.minimum.reduceat(self.a - np.dot(x, self._columns), self.start[:-1])
 
     def contains(self, k: int, x: ArrayLike) -> bool:
         """Whether state x (4,) is in the closed set of phase k; False for NaN."""
@@ -92,7 +97,7 @@ class TrackingSets:
     def tight(self, k: int, x: ArrayLike) -> tuple[int, int]:
         """(sample, edge) of the row of phase k with the least slack at x (4,); samples count from phase 0."""
         i, j = self._start[k], self._start[k + 1]
-        row = i + int(np.argmin(self.a[i:j] - self.S[i:j].dot(x)))
+        row = i + int(np.argmin(self.a[i:j] - np.dot(x, self._columns[:, i:j])))
         return int(self.sample[row]), int(self.edge[row])
 
     def polytope(self, k: int) -> Polytope:
