@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -58,6 +58,20 @@ class StepPhases:
     def knots(self) -> tuple[int, ...]:
         """Periods of every knot in order."""
         return tuple(n for phase in self.phases for n in phase.ticks)
+
+    def landed(self, footholds: np.ndarray) -> StepPhases:
+        """The same with the footholds (N, 2) decided, so that nothing depends on them any more."""
+        footholds = np.asarray(footholds, dtype=float).reshape(-1, 2)
+        phases = tuple(
+            replace(phase, base=phase.base + phase.share @ footholds, share=np.zeros(0)) for phase in self.phases
+        )
+        return replace(
+            self,
+            phases=phases,
+            end_base=self.end_base + self.end_share @ footholds,
+            end_share=np.zeros(0),
+            reach=None,
+        )
 
 
 def step_phases(
