@@ -181,9 +181,8 @@ def read_file(path: Path) -> pa.Table:
 
 def _damaged(path: Path, error: BaseException) -> ResultsError:
     why = " ".join(str(error).split()).rstrip(".")
-    return ResultsError(
-        f"{path}: damaged: {why}; delete it and repeat the sweep, which runs its episodes anew and no others"
-    )
+    then = f"makes it anew from {ROWS}" if path.name == RESULTS else "runs its episodes anew and no others"
+    return ResultsError(f"{path}: damaged: {why}; delete it and repeat the sweep, which {then}")
 
 
 def read_results(folder: Path) -> pa.Table:

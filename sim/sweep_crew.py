@@ -1,0 +1,107 @@
+"""Keeps the workers of a sweep busy, and replaces those that die."""
+
+from __future__ import annotations
+
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any
+
+from sim.executors import Workers
+from sim.sweep_episode import Job, crashed_row, run_job
+
+
+class Crew:
+    """Runs jobs; one that fails is tried once more, and then written down as crashed."""
+
+    def __init__(self, workers: Workers, finished: Callable[[Job, dict[str, Any]], None]) -> None:
+        """Start.
+
+        Args:
+            workers: who runs the jobs.
+            finished: is given each job with its row, in the order in which they end.
+        """
+        self._workers, self._finished = workers, finished
+        self._executor: Executor = workers.make()
+        self._flying: dict[Future[dict[str, Any]], Job] = {}
+        self._again: deque[Job] = deque()
+        self._alone: deque[Job] = deque()
+        self._failed: set[str] = set()
+
+    def work(self, jobs: Callable[[], Iterator[Job]]) -> None:
+        """Run all jobs; `jobs` is asked again after each that finished, for that may allow others."""
+        try:
+            while True:
+                self._hand_out(jobs)
+                if not self._flying:
+                    return
+                done, _ = wait(self._flying, return_when=FIRST_COMPLETED)
+                for future in done:
+                    self._take_in(future)
+        except BaseException:
+            self._executor.shutdown(wait=False, cancel_futures=True)
+            raise
+        self._executor.shutdown()
+
+    def _hand_out(self, jobs: Callable[[], Iterator[Job]]) -> None:
+        # One in the queue for each at work, so that nobody waits; a suspect of killing its worker runs alone.
+        room = 2 * self._workers.count - len(self._flying)
+        if self._alone:
+            if not self._flying:
+                self._submit(self._alone.popleft())
+            return
+        while room > 0 and self._again:
+            self._submit(self._again.popleft())
+            room -= 1
+        fresh = jobs()
+        while room > 0 and (job := next(fresh, None)) is not None:
+            self._submit(job)
+            room -= 1
+
+    def _submit(self, job: Job) -> None:
+        try:
+            self._flying[self._executor.submit(run_job, job)] = job
+        except BrokenProcessPool:
+            self._rebuild()
+            self._flying[self._executor.submit(run_job, job)] = job
+
+    def _take_in(self, future: Future[dict[str, Any]]) -> None:
+        if future not in self._flying:
+            return
+        job = self._flying[future]
+        error = future.exception()
+        if isinstance(error, BrokenProcessPool):
+            self._on_dead_worker(error)
+            return
+        del self._flying[future]
+        if error is None:
+            self._finished(job, future.result())
+        elif job.episode.name in self._failed:
+            self._finished(job, crashed_row(job, _told(error)))
+        else:
+            self._failed.add(job.episode.name)
+            self._again.append(job)
+
+    def _on_dead_worker(self, error: BrokenProcessPool) -> None:
+        """A worker died, and with it the pool; which of the episodes in flight killed it is not known."""
+        lost = list(self._flying.items())
+        self._flying = {}
+        self._rebuild()
+        for future, job in lost:
+            if future.done() and not future.cancelled() and future.exception() is None:
+                self._finished(job, future.result())
+            elif len(lost) == 1 and job.episode.name in self._failed:
+                self._finished(job, crashed_row(job, _told(error)))
+            else:
+                self._failed.add(job.episode.name)
+                self._alone.append(job)
+
+    def _rebuild(self) -> None:
+        self._executor.shutdown(wait=False, cancel_futures=True)
+        self._executor = self._workers.make()
+
+
+def _told(error: BaseException) -> str:
+    return "".join(traceback.format_exception(error))
