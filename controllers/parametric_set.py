@@ -194,7 +194,7 @@ class ParametricSet:
 
     @cached_property
     def explicit(self) -> Polytope:
-        """The states {x_0 : slack >= 0} by plain rows (r, 4): a microsecond a state, and many states at once.
+        """The states {x_0 : slack >= 0} by plain rows (r, 4), for a million states a second and more.
 
         As far as it is not negative, the slack of these rows is that of the set [m of ZMP].
 
