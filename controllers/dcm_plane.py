@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from controllers.moa import MoaSet
 from controllers.pendulum import Pendulum
 from controllers.recursion import Rows
 from controllers.reference import Reference
+from controllers.support import SupportPolygon
 
 # Natural logarithm of the largest power of the contraction used at once: 1e200, clear of overflow.
 _POWERS = 460.0
@@ -54,6 +56,22 @@ def _margins(reference: Reference, terminal: MoaSet) -> tuple[np.ndarray, np.nda
         (P + 1, D), the edge of each support that faces there or -1, the terminal polygon last.
     """
     polygons = (*reference.supports, terminal.polygon)
+    normals, edges = directions_of(polygons)
+    offsets = np.full((len(polygons), len(normals)), np.inf)
+    for i, polygon in enumerate(polygons):
+        facing = edges[i] >= 0
+        offsets[i, facing] = polygon.v[edges[i, facing]]
+    margin = np.full((reference.m + 1, len(normals)), np.inf)
+    margin[:-1] = offsets[reference.support_of] - reference.mu @ normals.T
+    # The terminal set is its polygon times its ratio, shifted from its centre to the end of the reference.
+    facing = edges[-1] >= 0
+    at_end = terminal.a - terminal.S @ (reference.xi[-1] - terminal.x_C)
+    margin[-1, facing] = at_end[edges[-1, facing]]
+    return normals, margin, edges
+
+
+def directions_of(polygons: Sequence[SupportPolygon]) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (D, 2) that edges face, and the edge (P, D) of each polygon that faces there, or -1."""
     known: dict[tuple[float, float, int], int] = {}
     columns: list[list[int]] = []
     for polygon in polygons:
@@ -65,15 +83,10 @@ def _margins(reference: Reference, terminal: MoaSet) -> tuple[np.ndarray, np.nda
             own.append(known.setdefault(key, len(known)))
         columns.append(own)
     normals = np.empty((len(known), 2))
-    offsets = np.full((len(polygons), len(known)), np.inf)
     edges = np.full((len(polygons), len(known)), -1)
     for i, (polygon, own) in enumerate(zip(polygons, columns, strict=True)):
-        normals[own], offsets[i, own], edges[i, own] = polygon.M, polygon.v, np.arange(len(own))
-    margin = np.full((reference.m + 1, len(known)), np.inf)
-    margin[:-1] = offsets[reference.support_of] - reference.mu @ normals.T
-    # The terminal set is its polygon times its ratio, shifted from its centre to the end of the reference.
-    margin[-1, columns[-1]] = terminal.a - terminal.S @ (reference.xi[-1] - terminal.x_C)
-    return normals, margin, edges
+        normals[own], edges[i, own] = polygon.M, np.arange(len(own))
+    return normals, edges
 
 
 def limiting_samples(least: np.ndarray, contraction: float) -> np.ndarray:

@@ -21,6 +21,7 @@ from controllers.polytope import Polytope
 from controllers.recursion import backward
 from controllers.reference import Reference
 from controllers.robust import ZmpError, require_room, required_margin
+from controllers.tracking_chain import along_normals
 
 
 class TrackingMismatchError(MoaError):
@@ -167,7 +168,9 @@ def tracking_sets(pendulum: Pendulum, gain: Gain, reference: Reference, terminal
         S, a, start, sample, edge = in_dcm_plane(pendulum, reference, terminal, ratio, final_ratio)
     else:
         gain.require_stable(pendulum)
-        S, a, start, sample, edge = backward(pendulum, gain, reference, terminal)
+        rows = along_normals(pendulum, gain, reference, terminal)
+        rows = backward(pendulum, gain, reference, terminal) if rows is None else rows
+        S, a, start, sample, edge = rows
     return TrackingSets(
         pendulum=pendulum, gain=gain, reference=reference, terminal=terminal,
         S=S, a=a, start=start, sample=sample, edge=edge,

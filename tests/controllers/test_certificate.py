@@ -70,7 +70,7 @@ def test_tracking_sets_that_are_too_large_are_not_certified() -> None:
     reference = walk()
     terminal = regulator_set(PENDULUM, GAINS["lqr"], reference.final, reference.xi[-1, 0::2])
     sets = tracking_sets(PENDULUM, GAINS["lqr"], reference, terminal)
-    for k in (0, 200, 400):
+    for k in (0, 400):
         a = sets.a.copy()
         a[sets.start[k] : sets.start[k + 1]] += 1e-6
         certificate = certify(dataclasses.replace(sets, a=a), planes=())
