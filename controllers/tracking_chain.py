@@ -59,10 +59,10 @@ def along_normals(pendulum: Pendulum, gain: Gain, reference: Reference, terminal
     dropped = np.full(real.shape, -1)
     seen = powers[0, 0] * powers[:, 1] - powers[0, 1] * powers[:, 0]
     for one, other in _lines(normals):
-        ring = _Ring(seen.tolist(), turn, upper[:, one].tolist(), lower[:, one].tolist())
-        for column, fate in zip((one, other), (ring.dropped[::2], ring.dropped[1::2]), strict=True):
-            if column is not None:
-                dropped[:, column] = fate
+        fate = _dropped(seen.tolist(), turn, upper[:, one].tolist(), lower[:, one].tolist())
+        dropped[:, one] = fate[::2]
+        if other is not None:
+            dropped[:, other] = fate[1::2]
     # The terminal set is the last one as it is.
     np.minimum(dropped[m:], m - 1, out=dropped[m:])
     return _assemble(reference, powers, normals, known[support_of], upper, real, dropped)
@@ -89,82 +89,83 @@ def _lines(normals: np.ndarray) -> list[tuple[int, int | None]]:
     return lines
 
 
-class _Ring:
-    """Half-planes along one line of normals that cut, in the order of their direction, from the last phase back.
+def _dropped(seen: list[float], turn: float, upper: list[float], lower: list[float]) -> list[int]:
+    """From which phase each half-plane along one line of normals follows from its neighbours in the ring.
 
-    Entry 2 l is the upper bound of sample l, 2 l + 1 the lower one.
+    Entry 2 l is the upper bound of sample l, 2 l + 1 the lower one. Plain numbers and closures: there are thousands
+    of decisions on three rows each, one after another.
 
     Args:
         seen: cross products p_0 x p_i; p_i x p_j is turn^i times that of j - i.
         turn: determinant of atilde, positive.
         upper: right side of each sample.
         lower: that of the opposite direction.
+
+    Returns:
+        The phase for each entry, -1 for never.
     """
+    samples = len(upper)
+    powers = [turn**i for i in range(samples)]
+    # Negative indices read the products the other way round.
+    cross = [*seen, *(-value for value in reversed(seen[1:]))]
+    limit = [value for pair in zip(upper, lower, strict=True) for value in pair]
+    after, before, dropped = [0] * (2 * samples), [0] * (2 * samples), [-1] * (2 * samples)
 
-    def __init__(self, seen: list[float], turn: float, upper: list[float], lower: list[float]) -> None:
-        samples = len(upper)
-        self._seen = seen
-        self._turn = [turn**i for i in range(samples)]
-        self._limit = [value for pair in zip(upper, lower, strict=True) for value in pair]
-        self._next, self._before = [0] * (2 * samples), [0] * (2 * samples)
-        self.dropped = [-1] * (2 * samples)
-        # Two opposite half-planes to start with.
-        last, opposite = 2 * samples - 2, 2 * samples - 1
-        self._next[last] = self._before[last] = opposite
-        self._next[opposite] = self._before[opposite] = last
-        hints = [last, opposite]
-        for k in range(samples - 2, -1, -1):
-            for side in (0, 1):
-                hints[side] = self._insert(2 * k + side, hints[side], k)
-
-    def _cross(self, i: int, j: int, base: int) -> float:
-        """Cross product of the directions of entries i and j, over turn^(base - k)."""
+    def turns(i: int, j: int, k: int) -> float:
+        """Cross product of the directions of entries i and j, seen from phase k."""
         first, second = i >> 1, j >> 1
-        if first <= second:
-            value = self._turn[first - base] * self._seen[second - first]
-        else:
-            value = -self._turn[second - base] * self._seen[first - second]
-        return value if not (i ^ j) & 1 else -value
+        value = powers[(first if first < second else second) - k] * cross[second - first]
+        return -value if (i ^ j) & 1 else value
 
-    def _implied(self, u: int, v: int, w: int) -> bool:
+    def implied(u: int, v: int, w: int, k: int) -> bool:
         """Whether the half-planes u and w on either side of v imply it, strictly."""
-        base = min(u, v, w) >> 1
-        gap = self._cross(u, w, base)
+        one, two, three = u >> 1, v >> 1, w >> 1
+        gap = powers[(one if one < three else three) - k] * cross[three - one]
+        if (u ^ w) & 1:
+            gap = -gap
         if gap <= 0.0:
             return False
-        one, other, limit = self._cross(v, w, base), self._cross(u, v, base), self._limit
+        left = powers[(one if one < two else two) - k] * cross[two - one]
+        right = powers[(two if two < three else three) - k] * cross[three - two]
+        if (u ^ v) & 1:
+            left = -left
+        if (v ^ w) & 1:
+            right = -right
         # Both weights non-negative: sound whatever rounding did to the order of the ring.
-        return one >= 0.0 and other >= 0.0 and limit[u] * one + limit[w] * other < limit[v] * gap * _STRICTLY
+        needed = limit[u] * right + limit[w] * left
+        return left >= 0.0 and right >= 0.0 and needed < limit[v] * gap * _STRICTLY
 
-    def _insert(self, v: int, hint: int, k: int) -> int:
-        """Put v into the ring, and out what it makes redundant; a living entry near it."""
-        after, before, dropped = self._next, self._before, self.dropped
-        while dropped[hint] >= 0:
-            hint = before[hint]
-        # Neighbours in direction, walking from the sample after this one on the same side.
-        u = hint
-        if self._cross(u, v, k) >= 0.0:
-            while self._cross(after[u], v, k) >= 0.0 and self._cross(u, after[u], k) > 0.0:
+    # Two opposite half-planes to start with; then sample by sample, each beside the last one of its side.
+    near = [2 * samples - 2, 2 * samples - 1]
+    for i, j in (near, near[::-1]):
+        after[i] = before[i] = j
+    for v in (2 * k + side for k in range(samples - 2, -1, -1) for side in (0, 1)):
+        k, u = v >> 1, near[v & 1]
+        while dropped[u] >= 0:
+            u = before[u]
+        if turns(u, v, k) >= 0.0:
+            hint = u
+            while turns(after[u], v, k) >= 0.0 and turns(u, after[u], k) > 0.0:
                 u = after[u]
                 if u == hint:
                     break
         else:
-            u = before[u]
-            while self._cross(u, v, k) < 0.0:
+            while turns(u, v, k) < 0.0:
                 u = before[u]
         w = after[u]
-        if self._implied(u, v, w):
-            dropped[v] = k
-            before[v] = u
-            return u
-        while after[w] != u and self._implied(v, w, after[w]):
+        near[v & 1] = u
+        if implied(u, v, w, k):
+            dropped[v], before[v] = k, u
+            continue
+        while after[w] != u and implied(v, w, after[w], k):
             dropped[w], before[w] = k, v
             w = after[w]
-        while before[u] != w and self._implied(before[u], u, v):
+        while before[u] != w and implied(before[u], u, v, k):
             dropped[u] = k
             u = before[u]
         after[u], before[v], after[v], before[w] = v, u, w, v
-        return v
+        near[v & 1] = v
+    return dropped
 
 
 def _assemble(
