@@ -68,8 +68,8 @@ def test_a_set_that_is_too_large_is_not_certified() -> None:
 
 def test_tracking_sets_that_are_too_large_are_not_certified() -> None:
     reference = walk()
-    terminal = regulator_set(PENDULUM, GAINS["lqr"], reference.final, reference.xi[-1, 0::2])
-    sets = tracking_sets(PENDULUM, GAINS["lqr"], reference, terminal)
+    terminal = regulator_set(PENDULUM, GAINS["dcm"], reference.final, reference.xi[-1, 0::2])
+    sets = tracking_sets(PENDULUM, GAINS["dcm"], reference, terminal)
     for k in (0, 400):
         a = sets.a.copy()
         a[sets.start[k] : sets.start[k + 1]] += 1e-6

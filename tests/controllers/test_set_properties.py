@@ -134,7 +134,7 @@ def test_whatever_the_gain_there_is_a_set_or_a_typed_refusal() -> None:
 
 def test_walk_of_the_paper_at_random_gains() -> None:
     reference = walk()
-    for seed in range(4):
+    for seed in range(2):
         rng = np.random.default_rng(seed)
         gain = random_gain(rng, reference.pendulum)
         terminal = regulator_set(reference.pendulum, gain, reference.final, reference.xi[-1, 0::2])
