@@ -72,6 +72,7 @@ class Supervisor:
         self._swing_foot: SwingFoot | None = None
         self._feet: dict[Side, Foot] = {}
         self._places: dict[Side, tuple[float, float]] = {}
+        self._heading: float | None = None
         self._landed: Side | None = None
         self._landed_at = -math.inf
         self._wait = 0
@@ -85,8 +86,8 @@ class Supervisor:
 
     @property
     def slacks(self) -> tuple[float, float]:
-        """Signed slack of the last tick's state, after its decision, in the set of the latest double support's regulator
-        and in the present tracking set (NaN while the regulator is in charge) [m of ZMP]."""
+        """Signed slack of the last tick's state, after its decision [m of ZMP]: in the set of the latest double
+        support's regulator, and in the present tracking set (NaN while the regulator is in charge)."""
         return self._slacks
 
     def command(self, observation: Observation) -> BalanceCommand:
@@ -98,6 +99,7 @@ class Supervisor:
         regulator_slack = self.regulator.admissible.slack(x)
         tracking_slack = math.nan if self.tracker is None else self.tracker.slack(x)
         if self._decide(observation, x, regulator_slack, tracking_slack):
+            assert self.regulator is not None
             regulator_slack = self.regulator.admissible.slack(x)
             tracking_slack = math.nan if self.tracker is None else self.tracker.slack(x)
         self._slacks = (regulator_slack, tracking_slack)
@@ -119,6 +121,8 @@ class Supervisor:
 
     def _anchor(self, observation: Observation) -> None:
         """Take the feet on the floor for where they are, once they have moved."""
+        if self._heading is None:
+            self._heading = 0.5 * (observation.feet["left"].yaw + observation.feet["right"].yaw)
         for side in SIDES:
             if self.tracker is not None and self.tracker.swing == side:
                 continue
@@ -136,8 +140,9 @@ class Supervisor:
         if self._inner is None:
             self._inner = self._support().shrunk(EDGE)
 
-    def _foot(self, state: FootState) -> Foot:
-        return Foot(position=state.position[:2], yaw=state.yaw, sole=self.robot.sole_vertices["left"])
+    def _foot(self, state: FootState, *, yaw: float | None = None) -> Foot:
+        heading = state.yaw if yaw is None else yaw
+        return Foot(position=state.position[:2], yaw=heading, sole=self.robot.sole_vertices["left"])
 
     def _support(self) -> SupportPolygon:
         swing = None if self.tracker is None else self.tracker.swing
@@ -193,7 +198,7 @@ class Supervisor:
             choice = self._stepper.from_stance(x, dict(self._feet), settle=settle, avoid=avoid)
         else:
             assert self.tracker is not None and self._swing_foot is not None
-            feet = {**self._feet, swing: self._foot(observation.feet[swing])}
+            feet = {**self._feet, swing: self._foot(observation.feet[swing], yaw=self._heading)}
             choice = self._stepper.from_swing(
                 x, feet, swing, self.tracker.time_left, self._swing_foot.position[:2]
             )
@@ -212,7 +217,7 @@ class Supervisor:
             state = observation.feet[lifted]
             self.steps += 1
             self._swing_foot = SwingFoot(
-                state.position, state.yaw, choice.plan.step_time, self.options.swing_height, self._pendulum.dt
+                state.position, self._heading or 0.0, choice.plan.step_time, self.options.swing_height, self._pendulum.dt
             )
         self._inner = self._support().shrunk(EDGE)
         self._note(observation, x, why, choice)
@@ -249,7 +254,7 @@ class Supervisor:
                 position=observation.feet[side].position,
                 velocity=_STILL,
                 acceleration=_STILL,
-                yaw=self._feet[side].yaw,
+                yaw=self._heading or 0.0,
             )
             for side in SIDES
         }

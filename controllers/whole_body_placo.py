@@ -26,7 +26,7 @@ class PlacoModel:
     def __init__(self, robot: Robot) -> None:
         with _quiet_stdout():
             self.wrapper = placo.RobotWrapper(str(robot.path), placo.Flags.mjcf + placo.Flags.ignore_collisions)
-        names = [name for name in self.wrapper.joint_names()]
+        names = list(self.wrapper.joint_names())
         if tuple(names) != robot.joint_names:
             raise AssertionError("placo and MuJoCo must list the joints in the same order")
         self._q = self.wrapper.state.q.copy()

@@ -13,7 +13,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arena import SIDES, Side, build_arena
+from models.arena import SIDES, build_arena
+from models.arena import Side as Side  # re-exported: a side is a fact of a robot
 from models.errors import InputError
 
 Array = NDArray[np.float64]

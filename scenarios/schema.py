@@ -117,10 +117,10 @@ class Stepping(Strict):
         swing_height: highest point of the swing foot's sole over the floor [m].
     """
 
-    step_times: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)] = (0.25, 0.3)
+    step_times: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)] = (0.15, 0.2)
     max_steps: int = Field(default=3, ge=1)
     zmp_margin: NotNegative = 0.005
-    max_stride: Positive = 0.16
+    max_stride: Positive = 0.2
     swing_height: Positive = 0.03
 
 

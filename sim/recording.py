@@ -5,21 +5,22 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import asdict, dataclass
+from operator import sub
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.signals import BalanceCommand, Controller, Decision, Observation
-from controllers.support import Foot, SupportPolygon, support_polygon
 from controllers.supervisor import Supervisor
+from controllers.support import Foot, SupportPolygon, support_polygon
 from models.arena import SIDES
 from models.robot import Robot
 from scenarios.schema import Scenario
 from sim.brain import Brain
 from sim.outcome import EarlyEnd
 from sim.plant import Condition, Effort, Plant
-from sim.set_polygons import SetPolygon, admissible_polygons
+from sim.set_polygons import Plane, SetPolygon, admissible_polygons
 from sim.trace import Trace, TraceRecorder
 from sim.versions import commit, versions
 
@@ -215,7 +216,9 @@ class Recording:
                 last = index == len(self._scenario.pushes) - 1
                 if self._polygons and (last or not regulator >= 0.0):
                     begin = time.perf_counter()
-                    self.set_polygons += admissible_polygons(brain, x, push=index + 1)
+                    along = np.abs(push.unit)
+                    plane: Plane = "x-xdot" if along[0] >= along[1] else "y-ydot"
+                    self.set_polygons += admissible_polygons(brain, x, push=index + 1, planes=(plane,))
                     self.aside += time.perf_counter() - begin
             self._ended[index] = ended
 
@@ -226,7 +229,7 @@ class Recording:
             return math.nan
         key = [value for foot in feet for value in (*foot.position[:2].tolist(), foot.yaw)]
         known = self._support
-        if known is None or len(key) != len(known[0]) or any(abs(a - b) > 1e-4 for a, b in zip(key, known[0], strict=True)):
+        if known is None or len(key) != len(known[0]) or max(map(abs, map(sub, key, known[0]))) > 1e-4:
             sole = self._robot.sole_vertices["left"]
             soles = [Foot(position=foot.position[:2], yaw=foot.yaw, sole=sole) for foot in feet]
             self._support = known = key, support_polygon(soles)

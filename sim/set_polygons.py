@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from controllers.moa import regulator_set
 from controllers.parametric_slice import admissible_slice
+from controllers.polytope import EmptyPolytopeError
 from controllers.supervisor import Supervisor
 
 Array = NDArray[np.float64]
@@ -69,7 +70,10 @@ def admissible_polygons(
     polygons = []
     for plane in planes:
         axes = PLANES[plane]
-        vertices = bounded.in_world().slice(axes, x).vertices()
+        try:
+            vertices = bounded.in_world().slice(axes, x).vertices()
+        except EmptyPolytopeError:
+            vertices = np.empty((0, 2))
         polygons.append(SetPolygon(name="regulator", push=push, plane=plane, kind="slice", vertices=vertices))
         if choice is not None:
             plan, limits = choice.plan, supervisor.options.limits

@@ -22,7 +22,7 @@ def robot() -> Robot:
     return load_robot("utmu2")
 
 
-@pytest.fixture()
+@pytest.fixture
 def world(robot: Robot) -> HumanoidWorld:
     return HumanoidWorld(load("quiet", {"variation": {"pose": 0.0}}), robot)
 

@@ -141,7 +141,7 @@ def sweep_facts(rows: Sequence[Mapping[str, Any]], **changes: Any) -> dict[str, 
         "versions": {"python": "3.11", "mujoco": "3.17.0"},
         "commit": "0" * 40,
         "planned": len(rows),
-        "finished": True,
+        "finished": len(rows),
     } | changes
 
 

@@ -191,7 +191,7 @@ def test_damaged_baselines_are_named(tmp_path: Path) -> None:
 def test_unfinished_or_damaged_sweeps_make_no_baseline(tmp_path: Path) -> None:
     rows = [row(lambda _: True, replica=i) for i in range(4)]
     with pytest.raises(BaselineError, match="not finished"):
-        of_sweep(folder_of(tmp_path / "unfinished", rows, finished=False))
+        of_sweep(folder_of(tmp_path / "unfinished", rows, finished=0))
     folder = folder_of(tmp_path / "damaged", rows)
     whole = (folder / "results.parquet").read_bytes()
     (folder / "results.parquet").write_bytes(whole[:-100])

@@ -7,10 +7,10 @@ import pytest
 
 from models.robot import load_robot
 from scenarios.schema import Scenario
-from sim.plant import make_plant
-from sim.recording import Recording
 from sim.brain import make_brain
 from sim.episode import run_tick
+from sim.plant import make_plant
+from sim.recording import Recording
 
 # Sums of a few hundred forces of order 100 N over steps of 1 ms.
 EXACT = 1e-9

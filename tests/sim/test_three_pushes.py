@@ -44,7 +44,7 @@ def test_the_pendulum_keeps_its_zmp_inside_at_every_tick() -> None:
     measured = np.column_stack([trace["zmp_x"], trace["zmp_y"]])
     assert measured[1:] == pytest.approx(commanded[:-1], abs=1e-12)
     # And it ends at rest: 1 s below 0.05 m/s, of which the slow pole at -omega / 2 leaves a twentieth.
-    assert abs(trace["cog_vx"][-1]) < 0.0025 and abs(trace["cog_vy"][-1]) < 0.0025
+    assert np.hypot(trace["cog_vx"][-1], trace["cog_vy"][-1]) < 0.0025
 
 
 @pytest.mark.parametrize("world", ["pendulum", "humanoid"])
@@ -53,7 +53,7 @@ def test_the_third_push_fells_who_does_not_step(world: str, controller: str) -> 
     result = run(world, controller)
     if world == "humanoid":
         assert result.outcome.result is Result.FELL
-        assert result.outcome.time_of_fall is not None and result.outcome.time_of_fall > 9.0
+        assert (result.outcome.time_of_fall or 0.0) > 9.0
     else:
         # A pendulum's height is fixed and it has no trunk: it tilts without end.
         assert result.outcome.result is not Result.RECOVERED
