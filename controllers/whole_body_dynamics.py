@@ -13,7 +13,7 @@ import placo
 from numpy.typing import NDArray
 
 from controllers.signals import BalanceCommand, FootReference, JointTargets, Observation
-from controllers.whole_body_placo import PlacoModel
+from controllers.whole_body_placo import PlacoModel, friction_torque
 from models.arena import SIDES
 from models.robot import Robot, Side
 
@@ -79,12 +79,12 @@ class DynamicsWholeBody:
         posture.configure("posture", "soft", POSTURE_WEIGHT)
         posture.kp, posture.kd = POSTURE_GAINS
         self._pose = np.eye(4)
-        self._stance: dict[Side, bool | None] = {side: None for side in SIDES}
+        self._stance: dict[Side, bool | None] = dict.fromkeys(SIDES)
         self._torque = np.zeros(len(robot.joint_names))
 
     def reset(self) -> None:
         """Forget the last episode's torque and contacts."""
-        self._stance = {side: None for side in SIDES}
+        self._stance = dict.fromkeys(SIDES)
         self._torque = np.zeros(len(self._robot.joint_names))
 
     def targets(self, observation: Observation, command: BalanceCommand) -> JointTargets:
@@ -99,7 +99,7 @@ class DynamicsWholeBody:
         return JointTargets(
             position=observation.configuration[7:],
             velocity=observation.velocity[6:],
-            torque=self._torque,
+            torque=self._torque + friction_torque(self._robot, observation.velocity[6:]),
             solver_failed=torque is None,
         )
 

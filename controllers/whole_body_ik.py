@@ -15,7 +15,7 @@ import placo
 from numpy.typing import NDArray
 
 from controllers.signals import BalanceCommand, FootReference, JointTargets, Observation
-from controllers.whole_body_placo import PlacoModel
+from controllers.whole_body_placo import PlacoModel, friction_torque
 from models.arena import SIDES
 from models.robot import Robot, Side
 
@@ -70,7 +70,7 @@ class IkWholeBody:
         """Forget the last episode's pose, COG reference and anchors."""
         self._started = False
         self._reference = np.zeros((2, 2))  # COG position and velocity, horizontal
-        self._anchor: dict[Side, Array | None] = {side: None for side in SIDES}
+        self._anchor: dict[Side, Array | None] = dict.fromkeys(SIDES)
         self._last: JointTargets | None = None
 
     def targets(self, observation: Observation, command: BalanceCommand) -> JointTargets:
@@ -86,11 +86,9 @@ class IkWholeBody:
             self._started = False
             last = self._last or _hold(observation)
             return replace(last, velocity=np.zeros_like(last.velocity), solver_failed=True)
-        self._last = JointTargets(
-            position=position,
-            velocity=(position - before) / self._dt,
-            torque=self._feed_forward(observation, command, acceleration),
-        )
+        velocity = (position - before) / self._dt
+        torque = self._feed_forward(observation, command, acceleration) + friction_torque(self._robot, velocity)
+        self._last = JointTargets(position=position, velocity=velocity, torque=torque)
         return self._last
 
     def _solve(self) -> Array | None:

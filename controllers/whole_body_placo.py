@@ -15,6 +15,9 @@ from models.robot import Robot
 
 Array = NDArray[np.float64]
 
+# Speed at which three quarters of a joint's dry friction are made up for [rad/s].
+FRICTION_SPEED = 0.05
+
 
 class PlacoModel:
     """The robot's MJCF in placo, kept at the measured state.
@@ -48,6 +51,12 @@ class PlacoModel:
         state = self.wrapper.state
         state.q, state.qd = q, qd
         self.wrapper.update_kinematics()
+
+
+def friction_torque(robot: Robot, speed: Array) -> Array:
+    """Torque (n,) that overcomes the joints' friction at a speed (n,) [rad/s]; dry friction fades in with it."""
+    torque: Array = robot.joint_damping * speed + robot.joint_friction * np.tanh(speed / FRICTION_SPEED)
+    return torque
 
 
 @contextlib.contextmanager

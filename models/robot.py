@@ -45,6 +45,8 @@ class Robot:
         joint_range: (n, 2) lower and upper limit of each [rad].
         stall_torque: (n,) torque at standstill [N m].
         no_load_speed: (n,) speed at which the motor has no torque left [rad/s].
+        joint_damping: (n,) viscous friction [N m s/rad].
+        joint_friction: (n,) dry friction [N m].
         stand: (7 + n,) configuration of the keyframe `stand`: base position [m], quaternion (w x y z), joints [rad].
         sole_vertices: side -> (4, 2) corners of the sole, counter-clockwise, in the frame of the sole's site [m].
         sole_stance: side -> (x, y, yaw) of the sole's site in `stand` [m, m, rad].
@@ -63,6 +65,8 @@ class Robot:
     joint_range: Array
     stall_torque: Array
     no_load_speed: Array
+    joint_damping: Array
+    joint_friction: Array
     stand: Array
     sole_vertices: Mapping[Side, Array]
     sole_stance: Mapping[Side, tuple[float, float, float]]
@@ -152,6 +156,8 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
         joint_range=_frozen(model.jnt_range[1:]),
         stall_torque=_frozen(np.minimum(constant * volts / resistance, model.actuator_forcerange[by_joint, 1])),
         no_load_speed=_frozen(volts / constant),
+        joint_damping=_frozen(model.dof_damping[6:]),
+        joint_friction=_frozen(model.dof_frictionloss[6:]),
         stand=_frozen(model.key(STAND).qpos),
         sole_vertices=MappingProxyType({side: _sole(model, side) for side in SIDES}),
         sole_stance=MappingProxyType({side: _stance(data, side) for side in SIDES}),
