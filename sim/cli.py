@@ -1,4 +1,4 @@
-"""The command line: run, render, list, and (in `sim.cli_sets`) figures and sets."""
+"""The command line: run, render, list, and (in `sim.cli_sets`) figures and sets, (in `sim.cli_sweep`) sweep and replay."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rich.table import Table
 from models.errors import InputError
 from scenarios.library import check_against, find, load, shipped
 from scenarios.schema import Controller, Scenario, WholeBody, World
-from sim import run_folder
+from sim import cli_sweep, run_folder
 from sim.cli_sets import register
 
 if TYPE_CHECKING:
@@ -282,3 +282,4 @@ def endings(result: EpisodeResult) -> list[str]:
 
 
 register(app, _open, _progress)
+cli_sweep.register(app)

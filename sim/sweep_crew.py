@@ -16,14 +16,20 @@ from sim.sweep_episode import Job, crashed_row, run_job
 class Crew:
     """Runs jobs; one that fails is tried once more, and then written down as crashed."""
 
-    def __init__(self, workers: Workers, finished: Callable[[Job, dict[str, Any]], None]) -> None:
+    def __init__(
+        self,
+        workers: Workers,
+        finished: Callable[[Job, dict[str, Any]], None],
+        run: Callable[[Job], dict[str, Any]] = run_job,
+    ) -> None:
         """Start.
 
         Args:
             workers: who runs the jobs.
             finished: is given each job with its row, in the order in which they end.
+            run: makes the row of a job; is sent to the workers by its name.
         """
-        self._workers, self._finished = workers, finished
+        self._workers, self._finished, self._run = workers, finished, run
         self._executor: Executor = workers.make()
         self._flying: dict[Future[dict[str, Any]], Job] = {}
         self._again: deque[Job] = deque()
@@ -62,10 +68,10 @@ class Crew:
 
     def _submit(self, job: Job) -> None:
         try:
-            self._flying[self._executor.submit(run_job, job)] = job
+            self._flying[self._executor.submit(self._run, job)] = job
         except BrokenProcessPool:
             self._rebuild()
-            self._flying[self._executor.submit(run_job, job)] = job
+            self._flying[self._executor.submit(self._run, job)] = job
 
     def _take_in(self, future: Future[dict[str, Any]]) -> None:
         if future not in self._flying:

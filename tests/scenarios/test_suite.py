@@ -1,0 +1,130 @@
+"""A suite file says what is run, or is refused in one line that names file, field and what is allowed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from models.errors import InputError
+from scenarios.suite_library import load_suite, shipped
+
+PLAIN = 'description = "x"\n'
+SMALL = "[axes]\ndirection = [0]\ndelta_v = [0.1]\n"
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "mine.toml"
+    path.write_text(text)
+    return path
+
+
+def test_suites_that_ship() -> None:
+    assert set(shipped()) == {"trunk_push", "cog_push", "smoke", "disturbed", "truth"}
+    for name in shipped():
+        assert load_suite(name).name == name
+
+
+def test_trunk_push_is_the_protocol() -> None:
+    suite = load_suite("trunk_push").suite
+    axes = suite.axes
+    assert axes.body == ("trunk",)
+    assert axes.duration == (0.1,)
+    assert axes.direction == (0, 45, 90, 135, 180, 225, 270, 315)
+    assert axes.delta_v is not None
+    assert axes.delta_v[:4] == (0.05, 0.1, 0.15, 0.2)
+    assert axes.height is None
+    assert (suite.replicas, suite.replica.shift, suite.after) == (5, 0.1, 5.0)
+    assert suite.adaptive is not None
+    assert suite.adaptive.stop_after == 10
+
+
+def test_truth_is_1000_pushes_on_both_worlds() -> None:
+    suite = load_suite("truth").suite
+    assert suite.random is not None
+    assert suite.random.count == 1000
+    assert set(suite.random.given()) == {"direction", "delta_v", "duration", "height", "start"}
+    assert suite.axes.world == ("humanoid", "pendulum")
+
+
+def test_range_counts_in_decimals(tmp_path: Path) -> None:
+    text = PLAIN + "[axes]\ndirection = [0]\ndelta_v = { first = 0.05, last = 0.3, step = 0.05 }\n"
+    assert load_suite(written(tmp_path, text)).suite.axes.delta_v == (0.05, 0.1, 0.15, 0.2, 0.25, 0.3)
+
+
+def test_number_of_episodes(tmp_path: Path) -> None:
+    text = PLAIN + "replicas = 3\n[axes]\ndirection = [0, 90]\nimpulse = [1, 2, 3, 4]\n"
+    assert load_suite(written(tmp_path, text)).suite.episodes == 24
+
+
+def test_base_s_push_gives_defaults(tmp_path: Path) -> None:
+    text = PLAIN + 'scenario = "push_left"\n[axes]\ncontroller = ["statue"]\n'
+    loaded = load_suite(written(tmp_path, text))
+    assert loaded.push["direction"] == 90
+    assert loaded.base.pushes == ()
+
+
+def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "base.toml").write_text('description = "b"\nseed = 5\n')
+    beside = load_suite(written(tmp_path, PLAIN + 'scenario = "base.toml"\n' + SMALL))
+    assert beside.base.seed == 5
+    within = load_suite(written(tmp_path, PLAIN + SMALL + "[scenario]\nseed = 6\n"))
+    assert (within.base.seed, within.base.description) == (6, "x")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            PLAIN + "[axes]\ndelta_w = [1]\n",
+            "axes.delta_w: unknown field; did you mean 'delta_v'?; allowed: robot, world",
+        ),
+        (PLAIN + "[axs]\n", "axs: unknown field; did you mean 'axes'?; allowed: description, scenario, axes"),
+        (
+            PLAIN + "[axes]\ndirection = []\ndelta_v = [0.1]\n",
+            "axes.direction: [] has 0 entries; it must have at least 1",
+        ),
+        (PLAIN + "[axes]\ndirection = [0, 0]\ndelta_v = [0.1]\n", "axes.direction: [0, 0] must not hold 0.0 twice"),
+        (PLAIN + '[axes]\ncontroller = ["supervisr"]\n', "did you mean 'supervisor'?"),
+        (PLAIN + "[axes]\ndirection = [0]\n", "axes.delta_v: is missing"),
+        (PLAIN + "[axes]\ndelta_v = [0.1]\n", "axes.direction: is missing"),
+        (PLAIN + "[axes]\ndelta_v = [nan]\n", "axes.delta_v[0]: nan is not a finite number"),
+        (PLAIN + "[axes]\ndelta_v = [-0.1]\n", "axes.delta_v[0]: -0.1 is not allowed; it must be > 0"),
+        (PLAIN + "[axes]\ndelta_v = 0.1\n", "axes.delta_v: 0.1 is not a list"),
+        (PLAIN + "[axes]\nimpulse = [1]\ndelta_v = [0.1]\n", "axes.impulse: give only one"),
+        (
+            PLAIN + "[axes]\ndelta_v = { first = 1, last = 0, step = 0.1 }\n",
+            "must have a positive step and last >= first",
+        ),
+        (PLAIN + "[axes]\ndelta_v = { first = 0, last = 1 }\n", "{first, last, step}"),
+        (PLAIN + "[axes]\ndelta_v = { first = 0, last = 1e12, step = 1e-9 }\n", "at most 1000000 are allowed"),
+        (PLAIN + "replicas = 0\n" + SMALL, "replicas: 0 is not allowed; it must be >= 1"),
+        (PLAIN + 'scenario = "quite"\n' + SMALL, "did you mean 'quiet'?"),
+        (PLAIN + 'scenario = "three_pushes"\n' + SMALL, "scenario: has 3 pushes; a suite's base has at most one"),
+        (PLAIN + SMALL + "[scenario]\nsede = 1\n", "scenario.sede: unknown field; did you mean 'seed'?"),
+        (PLAIN + SMALL + "[random]\ncount = 3\ndirection = [0, 1]\n", "random.direction: is an axis already"),
+        (PLAIN + "[random]\ncount = 3\ndelta_v = [0.3, 0.1]\n", "random.delta_v: [0.3, 0.1] must be [lowest, highest]"),
+        (
+            PLAIN + 'scenario = "push_left"\nadaptive = { stop_after = 1 }\n',
+            "adaptive: needs an axis delta_v or impulse",
+        ),
+        ("description = ", "not a TOML file"),
+        ("", "description: is missing"),
+    ],
+)
+def test_bad_suites_are_refused_in_one_line(text: str, words: str, tmp_path: Path) -> None:
+    path = written(tmp_path, text)
+    with pytest.raises(InputError) as caught:
+        load_suite(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert words in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("trunk_pus", "did you mean 'trunk_push'?"), ("gone.toml", "suite: no file 'gone.toml'")]
+)
+def test_unknown_suites_are_refused(name: str, words: str) -> None:
+    with pytest.raises(InputError, match=words.replace("?", r"\?")):
+        load_suite(name)
