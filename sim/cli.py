@@ -1,4 +1,4 @@
-"""The command line: run, render, list, and (in `sim.cli_sets`) figures and sets, (in `sim.cli_sweep`) sweep and replay."""
+"""The command line: run, render, list, and what `sim.cli_sets` and `sim.cli_sweep` add."""
 
 from __future__ import annotations
 
