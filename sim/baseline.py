@@ -11,7 +11,7 @@ from typing import Any
 from models.errors import InputError
 from sim.results import PARAMETERS, read_sweep, write_bytes
 from sim.statistics import Row, grouped, recovered
-from sim.summary import load_rows
+from sim.summary import is_finished, load_rows
 from sim.thresholds import thresholds
 
 _KIND = "okiagari baseline"
@@ -59,7 +59,7 @@ def of_sweep(folder: Path) -> Baseline:
     """
     sweep = read_sweep(folder)
     rows = load_rows(folder)
-    if not sweep.get("finished", False):
+    if not is_finished(rows, sweep):
         raise BaselineError(f"{str(folder)!r}: the sweep is not finished; repeat the command that began it to go on")
     return Baseline(
         suite=str(sweep["name"]),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from models.errors import InputError
@@ -131,6 +133,11 @@ def describe(row: Row) -> str:
     )
 
 
+def replay_command(folder: Path, row: Row) -> str:
+    """What to type to see an episode."""
+    return f"okiagari replay {shlex.quote(str(folder))} {row['episode']} --video"
+
+
 def _check(baseline: Baseline, now: Baseline) -> None:
     for what, then, today in (
         ("suite", baseline.suite, now.suite),
@@ -149,17 +156,20 @@ class _Ends:
     """Where each series of a sweep ends, and whether in failure."""
 
     def __init__(self, rows: Sequence[Row]) -> None:
-        self._last: dict[tuple[Any, ...], tuple[float, bool]] = {}
+        self._last: dict[tuple[Any, ...], Row] = {}
         for key, tries in grouped(rows, _SERIES).items():
-            highest = max(float(row["delta_v"]) for row in tries)
-            failed = not any(recovered(row) for row in tries if row["delta_v"] == highest)
-            self._last[key] = highest, failed
+            self._last[key] = max(tries, key=_rank)
 
     def explain(self, row: Row) -> bool:
-        """Whether an episode was not run because its series had ended in failure at, or below, its level."""
+        """Whether an episode was not run because its series had ended in failure before it."""
         (key,) = grouped([row], _SERIES)
-        highest, failed = self._last.get(key, (0.0, False))
-        return failed and float(row["delta_v"]) >= highest
+        last = self._last.get(key)
+        return last is not None and not recovered(last) and _rank(row) > _rank(last)
+
+
+def _rank(row: Row) -> tuple[float, int]:
+    """The place of an episode in its series, which goes upward, all replicas of a level before the next."""
+    return float(row["delta_v"]), int(row["replica"])
 
 
 def _shifts(old: Sequence[Row], new: Sequence[Row]) -> list[Shift]:

@@ -36,6 +36,11 @@ def load_rows(folder: Path) -> list[dict[str, Any]]:
     return rows
 
 
+def is_finished(rows: Sequence[Row], sweep: dict[str, Any]) -> bool:
+    """Whether a sweep has run all that its suite asks for: only then does `sweep.json` know how many that were."""
+    return bool(sweep.get("finished") == len(rows))
+
+
 def summarise(rows: Sequence[Row], sweep: dict[str, Any]) -> dict[str, Any]:
     """All that is concluded from a sweep, of JSON types.
 
@@ -44,10 +49,11 @@ def summarise(rows: Sequence[Row], sweep: dict[str, Any]) -> dict[str, Any]:
         sweep: what `sweep.json` says of it.
     """
     robust = thresholds(rows)
-    facts = {name: sweep.get(name) for name in ("name", "description", "suite_hash", "seed", "planned", "finished")}
+    facts = {name: sweep.get(name) for name in ("name", "description", "suite_hash", "seed", "planned")}
     summary = {
         "suite": facts.pop("name"),
         **facts,
+        "finished": is_finished(rows, sweep),
         "versions": sweep.get("versions"),
         "commit": sweep.get("commit"),
         "episodes": len(rows),

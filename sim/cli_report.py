@@ -1,0 +1,131 @@
+"""The command line of what is concluded from a sweep: summary, report, baseline, check."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from sim.baseline import Baseline
+    from sim.check import Comparison
+
+# What takes long to import (statistics, pictures) is imported by the command that needs it.
+
+_Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the program."""
+    app.command(epilog="Example: okiagari summary out/sweep-smoke")(summary)
+    app.command(
+        epilog="""Examples:
+
+    okiagari report out/sweep-trunk_push
+
+    okiagari report out/sweep-smoke --baseline baselines/smoke.json --failures 0
+    """
+    )(report)
+    app.command(epilog="Example: okiagari baseline out/sweep-smoke --out baselines/smoke.json")(baseline)
+    app.command(epilog="Example: okiagari check out/sweep-smoke --baseline baselines/smoke.json")(check)
+
+
+def _count(text: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not a whole number") from None
+    if number < 0:
+        raise typer.BadParameter(f"{number} is not allowed; it must be >= 0")
+    return number
+
+
+def summary(folder: _Folder) -> None:
+    """Print thresholds, rates and the score of the prediction, and write them to DIR/summary.json."""
+    from sim.summary import SUMMARY, print_summary, write_summary
+
+    print_summary(write_summary(folder))
+    print(folder / SUMMARY)
+
+
+def report(
+    folder: _Folder,
+    baseline: Annotated[Path | None, typer.Option(metavar="FILE", help="Baseline to compare with.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Page to write.", show_default="DIR/report.html")
+    ] = None,
+    failures: Annotated[
+        int, typer.Option(parser=_count, metavar="N", help="Failures to run again and show frames of.")
+    ] = 4,
+) -> None:
+    """Write one page, complete in itself, that says what was run and what came of it."""
+    from sim.report import REPORT, write_report
+    from sim.summary import write_summary
+
+    path = out if out is not None else folder / REPORT
+    write_summary(folder)
+    with Console(stderr=True).status("writing the report"):
+        write_report(folder, path, baseline=baseline, failures=failures)
+    print(path)
+
+
+def baseline(
+    folder: _Folder,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File to write.", show_default="baselines/SUITE.json")
+    ] = None,
+) -> None:
+    """Write the outcomes of a sweep to a small text file, to be reviewed and committed."""
+    from sim.baseline import of_sweep, write_baseline
+
+    made = of_sweep(folder)
+    path = out if out is not None else Path("baselines") / f"{made.suite}.json"
+    write_baseline(made, path)
+    print(path)
+
+
+def check(
+    folder: _Folder,
+    baseline: Annotated[Path, typer.Option(metavar="FILE", help="What to hold the sweep to.")],
+) -> None:
+    """Compare a sweep with a baseline, push by push; exit code 1 if recovery got worse beyond chance."""
+    from sim.baseline import of_sweep, read_baseline
+    from sim.check import compare
+
+    then, now = read_baseline(baseline), of_sweep(folder)
+    result = compare(then, now)
+    _print(result, then, folder)
+    if result.worse:
+        raise typer.Exit(1)
+
+
+def _print(result: Comparison, then: Baseline, folder: Path) -> None:
+    from sim.check import describe, replay_command
+
+    console = Console(highlight=False, soft_wrap=True)
+    colour, verdict = ("red", "worse") if result.worse else ("green", "not worse")
+    console.print(
+        f"[bold {colour}]{verdict}[/] than the baseline of {then.commit[:12]}: {result.before} of {result.pairs} "
+        f"recovered then, {result.after} now; {len(result.lost)} lost, {len(result.gained)} gained, "
+        f"exact McNemar p = {result.p:.3g}"
+    )
+    for name, (before, after) in result.versions.items():
+        console.print(f"  {name} {before} then, {after} now")
+    if result.unpaired:
+        console.print(f"  {result.unpaired} episodes that the baseline does not have were left out")
+    for shift in result.shifts:
+        one, mark = shift.after, " [red]more than one step[/]" if shift.levels < -1 else ""
+        where = "".join(f", {name} {value}" for name, value in one.case.items())
+        console.print(
+            f"  threshold of {one.controller} to {one.direction_deg:g}°{where}: "
+            f"{shift.before.delta_v:g} m/s then, {one.delta_v:g} m/s now{mark}"
+        )
+    if result.lost:
+        console.print("no longer recovered:")
+    for row in result.lost:
+        if row["episode"] in result.unreached:
+            console.print(f"  {describe(row)}: not run again, its series had failed before it")
+        else:
+            console.print(f"  {describe(row)}\n    {replay_command(folder, row)}")
