@@ -21,7 +21,7 @@ test: install
 	$(BIN)/python -m pytest
 
 bench: install
-	$(BIN)/python -m sim.bench
+	$(BIN)/python -m tests.benchmarks
 
 lint: install
 	$(BIN)/ruff check
