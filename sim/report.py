@@ -27,7 +27,7 @@ from sim.thresholds import Threshold, thresholds
 
 REPORT = "report.html"
 _TEMPLATE = "report_template.html"
-_MOMENTS = {"end": "at the end of the push", "decision": "at the decision"}
+_MOMENTS = {"end": "at the end of the push", "decision": "when deciding"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,9 +160,10 @@ def _table(summary: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         own = [entry for entry in entries if entry["controller"] == name]
         scales = ("delta_v", "over_omega_d", "over_sqrt_gh")
         values = {scale: [entry[scale] for entry in own if entry[scale] is not None] for scale in scales}
-        means.append(
-            {scale: (sum(found) / len(found), min(found)) if found else (None, None) for scale, found in values.items()}
-        )
+        condensed = {
+            scale: (sum(found) / len(found), min(found)) if found else (None, None) for scale, found in values.items()
+        }
+        means.append({**condensed, "capped": (any(entry["capped"] for entry in own), False)})
     return {
         "case": case,
         "controllers": names,

@@ -44,11 +44,14 @@ def is_finished(rows: Sequence[Row], sweep: dict[str, Any]) -> bool:
 def summarise(rows: Sequence[Row], sweep: dict[str, Any]) -> dict[str, Any]:
     """All that is concluded from a sweep, of JSON types.
 
+    Means over thresholds of which `robust_capped` are not none are lower bounds: the suite held no harder pushes.
+
     Args:
         rows: its episodes.
         sweep: what `sweep.json` says of it.
     """
     robust = thresholds(rows)
+    names = sorted({one.controller for one in robust})
     facts = {name: sweep.get(name) for name in ("name", "description", "suite_hash", "seed", "planned")}
     summary = {
         "suite": facts.pop("name"),
@@ -61,6 +64,7 @@ def summarise(rows: Sequence[Row], sweep: dict[str, Any]) -> dict[str, Any]:
         **{f"{name}s": [value for (value,) in grouped(rows, [name])] for name in ("robot", "world", "controller")},
         "robust": [one.as_dict() for one in robust],
         **{f"robust_{how}_{scale}": _condense(robust, how, scale) for how in ("mean", "worst") for scale in _SCALES},
+        "robust_capped": {name: sum(o.capped for o in robust if o.controller == name) for name in names},
         "limits": [limit.as_dict() for limit in (push_limits(rows) if robust else [])],
         "rates": list(_rates(rows)),
         "truth": truth(rows),

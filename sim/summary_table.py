@@ -7,12 +7,13 @@ from typing import Any
 
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from sim.wording import case_words, fixed, fraction, percent
 
-_LEGEND = """Δv: every push up to it is recovered in 4 of 5 replicas, ≥ if it is the suite's
-largest; ever: the largest ever recovered; Δv/ωd = 1: the limit without a step"""
+_LEGEND = """Δv [m/s]: every push up to it is recovered in 4 of 5 replicas, ≥ if the suite
+has none larger; ever: the largest ever recovered; Δv/ωd = 1: the no-step limit"""
 _ORDER = ("supervisor", "regulator", "statue")
 
 
@@ -36,23 +37,23 @@ def show(summary: dict[str, Any]) -> None:
     for case in cases(summary):
         console.print(_thresholds(summary, case))
     if summary["robust"]:
-        console.print(_LEGEND, style="dim")
+        console.print(_LEGEND, style="dim", markup=False)
     console.print(_rates(summary))
     if summary["truth"]["false_safe"]:
         console.print(_truth(summary))
 
 
 def _table(title: str) -> Table:
-    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 0))
 
 
 def _thresholds(summary: dict[str, Any], case: dict[str, Any]) -> Table:
     entries = [entry for entry in summary["robust"] if entry.get("case", {}) == case]
     controllers = ordered({entry["controller"] for entry in entries})
-    table = _table(f"{summary['suite']}: robust recoverable push" + (f", {case_words(case)}" if case else ""))
+    table = _table(f"{summary['suite']}: robust recoverable push" + (f", {escape(case_words(case))}" if case else ""))
     table.add_column("direction", justify="right", no_wrap=True)
     for name in controllers:
-        table.add_column(f"{name}\nΔv [m/s]", justify="right", no_wrap=True)
+        table.add_column(f"{name}\nΔv", justify="right", no_wrap=True)
         table.add_column("\never", justify="right")
         table.add_column("\nΔv/ωd", justify="right")
     by_key = {(entry["controller"], entry["direction_deg"]): entry for entry in entries}
@@ -68,8 +69,9 @@ def _thresholds(summary: dict[str, Any], case: dict[str, Any]) -> Table:
         for name in controllers:
             own = [entry for entry in entries if entry["controller"] == name]
             scaled = [entry["over_omega_d"] for entry in own if entry["over_omega_d"] is not None]
-            cells += [fixed(condense([entry["delta_v"] for entry in own])), ""]
-            cells += [fixed(condense(scaled) if scaled else None)]
+            bound = any(entry["capped"] for entry in own) and how == "mean"
+            cells += [fixed(condense([entry["delta_v"] for entry in own]), capped=bound), ""]
+            cells += [fixed(condense(scaled) if scaled else None, capped=bound)]
         table.add_row(how, *cells, style="bold")
     return table
 

@@ -37,6 +37,7 @@ def test_holds_what_is_promised(rows: list[dict[str, Any]]) -> None:
         assert low <= rate["rate"] <= high
         assert rate["n"] > 0
     assert summary["finished"]
+    assert summary["robust_capped"] == dict.fromkeys(LIMITS, 0)
     assert not summarise(rows[:-1], sweep_facts(rows))["finished"]
 
 
@@ -110,7 +111,7 @@ def test_is_written_and_printed(tmp_path: Path, rows: list[dict[str, Any]], caps
     assert json.loads((folder / SUMMARY).read_text()) == summary
     print_summary(summary)
     printed = capsys.readouterr().out
-    for words in ("supervisor", "regulator", "statue", "315°", "worst", "false safe", "humanoid"):
+    for words in ("supervisor", "regulator", "statue", "315°", "worst", "[m/s]", "false safe", "humanoid"):
         assert words in printed
     assert max(map(len, printed.splitlines())) <= 80
 
