@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -67,9 +68,15 @@ def cluster(address: str) -> Iterator[Workers]:
     """
     try:
         from distributed import Client
+        from distributed.comm import resolve_address
     except ImportError:
         raise InputError("--cluster: needs dask.distributed; pip install 'okiagari[cluster]'") from None
+    # It logs pages about a lost connection, of which one line is told below or by whoever waits for a result.
+    for name in list(logging.root.manager.loggerDict):
+        if name.partition(".")[0] in ("distributed", "tornado"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
+        resolve_address(address)  # a client of an address that is none makes trouble even when it is thrown away
         client = Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         why = " ".join(str(error).split()) or type(error).__name__

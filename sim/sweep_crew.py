@@ -9,6 +9,7 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
+from models.errors import InputError
 from sim.executors import Workers
 from sim.sweep_episode import Job, crashed_row, run_job
 
@@ -47,7 +48,7 @@ class Crew:
                 for future in done:
                     self._take_in(future)
         except BaseException:
-            self._executor.shutdown(wait=False, cancel_futures=True)
+            self._stop()
             raise
         self._executor.shutdown()
 
@@ -76,6 +77,10 @@ class Crew:
     def _take_in(self, future: Future[dict[str, Any]]) -> None:
         if future not in self._flying:
             return
+        if future.cancelled():
+            raise InputError(
+                "the workers are out of reach; the rows of finished episodes are safe, and the same command goes on"
+            )
         job = self._flying[future]
         error = future.exception()
         if isinstance(error, BrokenProcessPool):
@@ -104,8 +109,14 @@ class Crew:
                 self._failed.add(job.episode.name)
                 self._alone.append(job)
 
+    def _stop(self) -> None:
+        # One by one: not every kind of executor can cancel all when it shuts down.
+        for future in self._flying:
+            future.cancel()
+        self._executor.shutdown(wait=False)
+
     def _rebuild(self) -> None:
-        self._executor.shutdown(wait=False, cancel_futures=True)
+        self._stop()
         self._executor = self._workers.make()
 
 
