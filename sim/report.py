@@ -22,7 +22,7 @@ from sim.report_style import COLOURS, Picture
 from sim.results import SUITE, read_sweep, write_bytes
 from sim.statistics import Rate, Row, grouped
 from sim.summary import load_rows, summarise
-from sim.summary_table import cases, ordered
+from sim.summary_table import FEW, cases, condensed, ordered
 from sim.thresholds import Threshold, thresholds
 
 REPORT = "report.html"
@@ -117,7 +117,9 @@ def render(
         controllers=ordered(summary["controllers"]),
         colours=COLOURS,
         tables=[_table(summary, case) for case in cases(summary)],
-        envelopes=_envelopes(robust, limits),
+        by_case=condensed(summary),
+        few=len(cases(summary)) <= FEW,
+        envelopes=_envelopes(robust, limits) if len(cases(summary)) <= FEW else [],
         heat_maps=_heat_maps(summary, robust),
         curves=rate_curves(_curves(rows, robust, summary)),
         rates=_rate_table(summary),

@@ -14,6 +14,8 @@ from sim.wording import case_words, fixed, fraction, percent
 
 _LEGEND = """Δv [m/s]: every push up to it is recovered in 4 of 5 replicas, ≥ if the suite
 has none larger; ever: the largest ever recovered; Δv/ωd = 1: the no-step limit"""
+FEW = 4
+"""Cases that are shown one by one; more are condensed to their means."""
 _ORDER = ("supervisor", "regulator", "statue")
 
 
@@ -34,8 +36,11 @@ def cases(summary: dict[str, Any]) -> list[dict[str, Any]]:
 def show(summary: dict[str, Any]) -> None:
     """Print it."""
     console = Console(highlight=False)
-    for case in cases(summary):
+    found = cases(summary)
+    for case in found if len(found) <= FEW else []:
         console.print(_thresholds(summary, case))
+    if len(found) > FEW:
+        console.print(_by_case(summary))
     if summary["robust"]:
         console.print(_LEGEND, style="dim", markup=False)
     console.print(_rates(summary))
@@ -73,6 +78,36 @@ def _thresholds(summary: dict[str, Any], case: dict[str, Any]) -> Table:
             cells += [fixed(condense([entry["delta_v"] for entry in own]), capped=bound), ""]
             cells += [fixed(condense(scaled) if scaled else None, capped=bound)]
         table.add_row(how, *cells, style="bold")
+    return table
+
+
+def condensed(summary: dict[str, Any]) -> list[tuple[dict[str, Any], list[tuple[float, float, bool] | None]]]:
+    """For each case, and each controller in order: mean and least dv / (omega d), and whether the mean is a bound."""
+    names = ordered(summary["controllers"])
+    lines = []
+    for case in cases(summary):
+        line: list[tuple[float, float, bool] | None] = []
+        for name in names:
+            own = [e for e in summary["robust"] if e["controller"] == name and e.get("case", {}) == case]
+            scaled = [entry["over_omega_d"] for entry in own if entry["over_omega_d"] is not None]
+            bound = any(entry["capped"] for entry in own)
+            line.append((sum(scaled) / len(scaled), min(scaled), bound) if scaled else None)
+        lines.append((case, line))
+    return lines
+
+
+def _by_case(summary: dict[str, Any]) -> Table:
+    names = ordered(summary["controllers"])
+    table = _table(f"{summary['suite']}: robust Δv/ωd over the directions")
+    table.add_column("case")
+    for name in names:
+        table.add_column(f"{name}\nmean", justify="right", no_wrap=True)
+        table.add_column("\nworst", justify="right", no_wrap=True)
+    for case, line in condensed(summary):
+        cells = []
+        for one in line:
+            cells += ["", ""] if one is None else [fixed(one[0], capped=one[2]), fixed(one[1])]
+        table.add_row(escape(case_words(case)), *cells)
     return table
 
 

@@ -17,8 +17,9 @@ from sim.baseline import of_sweep, write_baseline
 from sim.cli_report import register
 from sim.report import REPORT, write_report
 from sim.report_failures import FRAMES, film_strip, law_words, worst_failures
+from sim.summary import load_rows, print_summary, summarise
 from sim.video import missing_renderer
-from tests.sim.sweep_tables import adaptive, folder_of, row, threshold_law
+from tests.sim.sweep_tables import adaptive, folder_of, row, sweep_facts, threshold_law
 
 LIMITS = {"supervisor": 1.5, "regulator": 0.8, "statue": 0.5}
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -162,6 +163,28 @@ def test_random_pushes_and_lone_controllers_have_a_page(tmp_path: Path) -> None:
     text = (statue / REPORT).read_text(encoding="utf-8")
     assert "Did the sets tell the truth?" not in text
     assert "not finished" in text
+
+
+def test_many_cases_are_condensed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = {"controllers": ["supervisor", "regulator"], "directions": [0.0, 90.0], "replicas": 3}
+    rows = [
+        one
+        for scale in (0.9, 1.0, 1.1)
+        for delay in (0.0, 0.004)
+        for one in adaptive(
+            threshold_law({"supervisor": 1.5 * scale, "regulator": 0.8}), **options, mass_scale=scale, delay=delay
+        )
+    ]
+    folder = folder_of(tmp_path / "sweep", rows)
+    write_report(folder, folder / REPORT, failures=0)
+    text = (folder / REPORT).read_text(encoding="utf-8")
+    # No envelopes; two heat maps, the curves and the slack.
+    assert text.count("<img ") == 4
+    assert text.count("mass scale 0.9, delay 0.004") == 2
+    print_summary(summarise(load_rows(folder), sweep_facts(rows)))
+    printed = capsys.readouterr().out
+    assert printed.count("mass scale 0.9, delay 0.004") == 1
+    assert max(map(len, printed.splitlines())) <= 80
 
 
 def test_worst_failures_are_the_weakest_pushes_and_the_broken_promises() -> None:
