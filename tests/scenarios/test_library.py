@@ -68,10 +68,10 @@ def test_defaults_are_those_of_the_format(tmp_path: Path) -> None:
         "timing": {"physics": 0.001, "control": 0.002},
         "gain": {"kind": "dcm", "k": 1.5},
         "stepping": {
-            "step_times": [0.25, 0.3],
+            "step_times": [0.15, 0.2],
             "max_steps": 3,
             "zmp_margin": 0.005,
-            "max_stride": 0.16,
+            "max_stride": 0.2,
             "swing_height": 0.03,
         },
         "variation": {"pose": 0.002},
