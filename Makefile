@@ -2,7 +2,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: install demo test bench lint clean
+.PHONY: install demo test recovery bench lint clean
 
 install: $(READY)
 
@@ -19,6 +19,12 @@ demo: install
 
 test: install
 	$(BIN)/python -m pytest
+
+# The smoke suite against the committed baseline: did recovery get worse?
+recovery: install
+	rm -rf out/sweep-smoke
+	$(BIN)/okiagari sweep smoke --out out/sweep-smoke
+	$(BIN)/okiagari check out/sweep-smoke --baseline baselines/smoke.json
 
 bench: install
 	$(BIN)/python -m tests.benchmarks

@@ -125,6 +125,7 @@ def replay(
 
 def _report(folder: Path) -> None:
     from sim.results import RESULTS, read_results
+    from sim.summary import print_summary, write_summary
 
     table = read_results(folder)
     columns = ("world", "controller", "outcome")
@@ -140,3 +141,4 @@ def _report(folder: Path) -> None:
         shown.add_row(*group, *(str(counts[(*group, ending)]) for ending in endings))
     console.print(shown)
     console.print(f"{table.num_rows} episodes in {folder / RESULTS}", soft_wrap=True)
+    print_summary(write_summary(folder))
