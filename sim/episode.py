@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from controllers.whole_body import WholeBody
 from models.robot import Robot, load_robot
 from scenarios.library import check_against
 from scenarios.schema import Scenario
@@ -50,6 +51,7 @@ def run_episode(
     progress: Callable[[float], None] | None = None,
     brain: Brain | None = None,
     robot: Robot | None = None,
+    layer: WholeBody | None = None,
     polygons: bool = True,
 ) -> EpisodeResult:
     """Run a scenario.
@@ -59,6 +61,7 @@ def run_episode(
         progress: called now and then with the simulated time [s].
         brain: a controller of your own; None for the one that the scenario names.
         robot: the one that the scenario names, if it has been read already.
+        layer: the whole-body layer of a former episode, to be used again: see `whole_body_layer`.
         polygons: whether to work out the sets' outlines for the figure.
 
     Raises:
@@ -66,7 +69,7 @@ def run_episode(
     """
     robot = robot or load_robot(scenario.robot)
     check_against(scenario, robot)
-    plant = make_plant(scenario, robot)
+    plant = make_plant(scenario, robot, layer)
     brain = brain or make_brain(scenario, robot)
     brain.reset()
     observer = Observer(scenario)

@@ -68,7 +68,7 @@ def cluster(address: str) -> Iterator[Workers]:
     """
     try:
         from distributed import Client
-        from distributed.comm import resolve_address
+        from distributed.comm.addressing import resolve_address
     except ImportError:
         raise InputError("--cluster: needs dask.distributed; pip install 'okiagari[cluster]'") from None
     # It logs pages about a lost connection, of which one line is told below or by whoever waits for a result.

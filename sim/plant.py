@@ -107,10 +107,11 @@ class PendulumPlant:
 class HumanoidPlant:
     """The humanoid: whole-body layer, servos and physics."""
 
-    def __init__(self, scenario: Scenario, robot: Robot) -> None:
+    def __init__(self, scenario: Scenario, robot: Robot, layer: WholeBody | None = None) -> None:
         self.robot = robot
         self.world = HumanoidWorld(scenario, robot)
-        self._whole_body = whole_body_layer(scenario, robot)
+        self._whole_body = whole_body_layer(scenario, robot) if layer is None else layer
+        self._whole_body.reset()
 
     @property
     def ledger(self) -> PushLedger:
@@ -149,6 +150,12 @@ def whole_body_layer(scenario: Scenario, robot: Robot) -> WholeBody:
     return make_whole_body(scenario.whole_body, robot, scenario.timing.control)
 
 
-def make_plant(scenario: Scenario, robot: Robot) -> Plant:
-    """The plant of the world that a scenario names."""
-    return PendulumPlant(scenario, robot) if scenario.world == "pendulum" else HumanoidPlant(scenario, robot)
+def make_plant(scenario: Scenario, robot: Robot, layer: WholeBody | None = None) -> Plant:
+    """The plant of the world that a scenario names.
+
+    Args:
+        scenario: what happens.
+        robot: the one that it names.
+        layer: its whole-body layer, if there is one of a former episode, which nobody else uses.
+    """
+    return PendulumPlant(scenario, robot) if scenario.world == "pendulum" else HumanoidPlant(scenario, robot, layer)

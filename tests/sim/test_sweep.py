@@ -9,10 +9,13 @@ import pyarrow as pa
 import pytest
 
 from models.robot import load_robot
+from scenarios.schema import Scenario
 from sim import results, sweep_store
+from sim.episode import run_episode
 from sim.executors import Workers, local
 from sim.results import COLUMNS, OUTCOME, PARAMETERS, SCHEMA, read_results
 from sim.sweep import Agenda, run_sweep
+from sim.sweep_episode import trace_hash
 from sim.sweep_plan import Episode, Series, plan
 from tests.sim.sweep_suites import HERE, HUMANOID, Counting, lasting, suite
 
@@ -82,13 +85,17 @@ def test_processes_give_the_same_rows_bit_for_bit(whole: pa.Table, tmp_path: Pat
 
 
 def test_humanoid_gives_the_same_rows_whatever_ran_before_in_its_process(tmp_path: Path) -> None:
-    loaded = suite(tmp_path, HUMANOID)
-    run_sweep(loaded, tmp_path / "one", HERE)
+    both = HUMANOID.replace('"statue"', '"regulator"').replace("[axes]", '[axes]\nwhole_body = ["dynamics", "ik"]')
+    run_sweep(suite(tmp_path, both), tmp_path / "one", HERE)
     with local(1) as workers:
-        run_sweep(loaded, tmp_path / "two", workers)
+        run_sweep(suite(tmp_path, both), tmp_path / "two", workers)
     one, two = (read_results(tmp_path / name) for name in ("one", "two"))
     assert lasting(one).equals(lasting(two))
     assert all(share is not None for share in one["peak_torque_use"].to_pylist())
+    # An episode with solvers of its own, as `run` and `replay` make them.
+    for row in one.to_pylist():
+        trace = run_episode(Scenario.model_validate(json.loads(row["scenario"])), polygons=False).trace
+        assert trace_hash(trace.values, trace.channels) == row["trace_hash"]
 
 
 def test_finished_sweep_runs_nothing(tmp_path: Path) -> None:
