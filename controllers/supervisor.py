@@ -172,11 +172,12 @@ class Supervisor:
         return self.tracker.time_left <= (1.0 - EARLIEST_TOUCHDOWN) * self.tracker.plan.step_time
 
     def _land(self, observation: Observation, x: Array) -> None:
-        assert self.tracker is not None and self.tracker.swing is not None
+        assert self.tracker is not None
         self._landed, self._landed_at = self.tracker.swing, observation.time
         self.tracker, self._swing_foot = None, None
         self._feet, self._places = {}, {}
         self._anchor(observation)
+        assert self.regulator is not None
         if self.regulator.admissible.slack(x) >= 0.0:
             self._hand_back(observation, x, f"the {self._landed} foot landed")
         else:
@@ -197,7 +198,8 @@ class Supervisor:
             avoid = self._landed if observation.time - self._landed_at < JUST_LANDED else None
             choice = self._stepper.from_stance(x, dict(self._feet), settle=settle, avoid=avoid)
         else:
-            assert self.tracker is not None and self._swing_foot is not None
+            assert self.tracker is not None
+            assert self._swing_foot is not None
             feet = {**self._feet, swing: self._foot(observation.feet[swing], yaw=self._heading)}
             choice = self._stepper.from_swing(
                 x, feet, swing, self.tracker.time_left, self._swing_foot.position[:2]
@@ -216,8 +218,9 @@ class Supervisor:
         if lifted is not None and swing is None:
             state = observation.feet[lifted]
             self.steps += 1
+            duration, height = choice.plan.step_time, self.options.swing_height
             self._swing_foot = SwingFoot(
-                state.position, self._heading or 0.0, choice.plan.step_time, self.options.swing_height, self._pendulum.dt
+                state.position, self._heading or 0.0, duration, height, self._pendulum.dt
             )
         self._inner = self._support().shrunk(EDGE)
         self._note(observation, x, why, choice)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from controllers.signals import Controller
 from controllers.support import Foot, support_polygon
-from models.arena import SIDES
+from models.arena import SIDES, Side
 from scenarios.schema import Scenario
 from sim.trace import Trace
 
@@ -79,7 +79,7 @@ class Playback:
         """Who is in charge."""
         return Controller(int(self.trace["controller"][tick]))
 
-    def foot(self, tick: int, side: str) -> Foot:
+    def foot(self, tick: int, side: Side) -> Foot:
         """The sole of `side`, as if flat."""
         x, y, _, yaw = self.feet[side][tick]
         return Foot(position=np.array([x, y]), yaw=float(yaw), sole=self.soles[side])

@@ -103,7 +103,7 @@ def rate_curves(curves: dict[str, list[tuple[float, Rate]]]) -> Picture:
             axes.fill_between(levels, *bounds.T, color=colour, alpha=0.16, linewidth=0)
             axes.plot(
                 levels,
-                [rate.share for _, rate in points],
+                [rate.share if rate.share is not None else math.nan for _, rate in points],
                 color=colour,
                 marker=MARKERS.get(name, "D"),
                 markersize=3.5,

@@ -5,14 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
-if TYPE_CHECKING:
-    from sim.sweep import Agenda
+from sim.sweep_agenda import Agenda
 
 # Seconds between two lines where nobody looks at a bar.
 QUIET = 15.0

@@ -75,7 +75,7 @@ def test_a_fall_ends_the_episode_and_the_next_step_begins_anew() -> None:
     limp = np.zeros(environment.action_spec().shape)
     while not step.last():
         step = environment.step(limp)
-    assert step.discount == 0.0 and step.reward == 0.0
+    assert (step.discount, step.reward) == (0.0, 0.0)
     assert environment.step(limp).step_type is dm_env.StepType.FIRST
 
 
@@ -85,7 +85,7 @@ def test_the_time_limit_ends_the_episode_without_a_fall() -> None:
     while not step.last():
         step, steps = environment.step(_standing()), steps + 1
     assert steps == SHORT.ticks
-    assert step.discount == 1.0 and step.reward == 1.0
+    assert (step.discount, step.reward) == (1.0, 1.0)
 
 
 @pytest.mark.parametrize("spoil", [lambda a: a[:-1], lambda a: a * np.nan, lambda a: a + 5.0])

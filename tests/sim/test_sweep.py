@@ -14,7 +14,8 @@ from sim import results, sweep_store
 from sim.episode import run_episode
 from sim.executors import Workers, local
 from sim.results import COLUMNS, OUTCOME, PARAMETERS, SCHEMA, read_results
-from sim.sweep import Agenda, run_sweep
+from sim.sweep import run_sweep
+from sim.sweep_agenda import Agenda
 from sim.sweep_episode import trace_hash
 from sim.sweep_plan import Episode, Series, plan
 from tests.sim.sweep_suites import HERE, HUMANOID, Counting, lasting, suite

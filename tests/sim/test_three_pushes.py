@@ -13,7 +13,9 @@ from sim.outcome import Result
 
 
 @cache
-def run(world: str, controller: str = "supervisor", whole_body: str = "dynamics", name: str = "three_pushes") -> EpisodeResult:
+def run(
+    world: str, controller: str = "supervisor", whole_body: str = "dynamics", name: str = "three_pushes"
+) -> EpisodeResult:
     overrides = {"world": world, "controller": controller, "whole_body": whole_body}
     return run_episode(load(name, overrides), polygons=False)
 
