@@ -1,4 +1,4 @@
-"""`python -m tests.benchmarks [sets] [loop] [zmp_tracking]`: the tables of `make bench`, all if none is named."""
+"""`python -m tests.benchmarks [sets] [loop] [zmp_tracking] [sweep]`: the tables of `make bench`, all if none is named."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import importlib
 import os
 import sys
 
-NAMES = ("sets", "loop", "zmp_tracking")
+NAMES = ("sets", "loop", "zmp_tracking", "sweep")
 
 if __name__ == "__main__":
     # Before numpy loads: thread pools cost more than they give at this size, and blur the times.
