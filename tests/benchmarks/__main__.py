@@ -1,4 +1,4 @@
-"""`python -m tests.benchmarks [sets] [loop] [zmp_tracking] [sweep]`: the tables of `make bench`, all if none is named."""
+"""`python -m tests.benchmarks [NAME ...]`: the tables of `make bench`, all of `NAMES` if none is named."""
 
 from __future__ import annotations
 
