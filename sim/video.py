@@ -97,7 +97,7 @@ def render_episode(
     caption = Caption(playback, size)
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     partial = path.with_name(f".{path.stem}.partial.mp4")
-    # The encoder shares two cores with the drawing: a slower preset saves a third of the file and loses real time.
+    # The encoder shares two cores with the drawing: a slower preset halves the file and loses real time.
     options = ["-preset", "superfast", "-crf", "21", "-threads", "1", "-movflags", "+faststart"]
     try:
         with (
