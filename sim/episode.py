@@ -12,6 +12,7 @@ from models.robot import Robot, load_robot
 from scenarios.library import check_against
 from scenarios.schema import Scenario
 from sim.brain import Brain, make_brain
+from sim.motors import MotorUse
 from sim.observer import Observer
 from sim.outcome import Outcome, judge
 from sim.plant import Plant, make_plant
@@ -31,6 +32,7 @@ class EpisodeResult:
         outcome: judged from the trace alone.
         decisions: what was decided, when and why; JSON types.
         pushes: what became of each push.
+        motors: how much of them was used; None for the pendulum.
         set_polygons: the MOA sets at the end of each push, for drawing.
         real_time_factor: simulated time / wall time of the loop, pictures excluded.
     """
@@ -41,6 +43,7 @@ class EpisodeResult:
     outcome: Outcome
     decisions: list[dict[str, Any]]
     pushes: list[PushRecord]
+    motors: MotorUse | None
     set_polygons: tuple[SetPolygon, ...]
     real_time_factor: float
 
@@ -92,6 +95,7 @@ def run_episode(
         outcome=judge(trace),
         decisions=[decision_as_dict(decision) for decision in brain.decisions],
         pushes=pushes,
+        motors=recording.motors(),
         set_polygons=recording.set_polygons,
         real_time_factor=ticks * scenario.timing.control / wall,
     )

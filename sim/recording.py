@@ -18,6 +18,7 @@ from models.arena import SIDES
 from models.robot import Robot
 from scenarios.schema import Scenario
 from sim.brain import Brain
+from sim.motors import MotorLog, MotorUse
 from sim.outcome import EarlyEnd
 from sim.plant import Condition, Effort, Plant
 from sim.set_polygons import Plane, SetPolygon, admissible_polygons
@@ -25,10 +26,6 @@ from sim.trace import Trace, TraceRecorder
 from sim.versions import commit, versions
 
 Array = NDArray[np.float64]
-
-
-# A motor within this share of its stall torque of the torque-speed line gives all it can.
-AT_LIMIT = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,9 +91,7 @@ class Recording:
         self._ended: dict[int, dict[str, Any]] = {}
         self._support: tuple[list[float], SupportPolygon] | None = None
         self._row = np.empty(0)
-        motors = (scenario.ticks, 0 if joints is None else len(joints))
-        self._torque, self._speed = np.zeros(motors), np.zeros(motors)
-        self._ticks = 0
+        self._motors = MotorLog(robot, scenario.ticks if joints else 0)
 
     def see(self, observation: Observation, condition: Condition, command: BalanceCommand, brain: Brain) -> bool:
         """Write the state and the command of this tick; True if the episode may end here."""
@@ -136,14 +131,12 @@ class Recording:
             row[at.push : at.push + 3] = impulse / self.period
             row[at.push + 3 : at.push + 6] = plant.push_point(index)
         row[at.effort] = effort.solver_failed
-        if effort.torque is not None:
-            self._torque[self._ticks] = effort.torque
-            self._speed[self._ticks] = effort.speed
-        self._ticks += 1
+        if effort.torque is not None and effort.speed is not None:
+            self._motors.add(effort.torque, effort.speed)
 
     def trace(self) -> Trace:
         """The record so far."""
-        self._recorder.fill(self._motor_use())
+        self._recorder.fill(self._motors.channels())
         return self._recorder.trace(
             {
                 "scenario": self._scenario.as_dict(),
@@ -154,21 +147,9 @@ class Recording:
             }
         )
 
-    def _motor_use(self) -> dict[str, Array]:
-        """Peaks over the joints, for each tick that ran, worked out for all of them at once."""
-        if not self._torque.size:
-            return {}
-        robot, ticks = self._robot, self._ticks
-        torque, speed = self._torque[:ticks], self._speed[:ticks]
-        effort = np.abs(torque) / robot.stall_torque
-        share = np.abs(speed) / robot.no_load_speed
-        # A motor that drives has less torque the faster it turns; one that brakes has all of it.
-        most = np.where(torque * speed > 0.0, np.maximum(1.0 - share, 0.0), 1.0)
-        return {
-            "torque_use": effort.max(axis=1),
-            "speed_use": share.max(axis=1),
-            "saturated": np.count_nonzero(effort >= most - AT_LIMIT, axis=1).astype(np.float64),
-        }
+    def motors(self) -> MotorUse | None:
+        """How much of the motors was used so far; None for the pendulum."""
+        return self._motors.use(self.period)
 
     def pushes(self, plant: Plant, decisions: list[Decision], brain: Brain) -> list[PushRecord]:
         """What became of each push."""

@@ -132,6 +132,7 @@ def outcome_record(result: EpisodeResult) -> dict[str, Any]:
         "versions": metadata["versions"],
         "commit": metadata["commit"],
         "pushes": [asdict(push) for push in result.pushes],
+        "motors": None if result.motors is None else asdict(result.motors),
     }
 
 
