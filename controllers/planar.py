@@ -1,0 +1,143 @@
+"""Convex polygons by the offsets of their edges along fixed normals, so that Minkowski sums are plain sums."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from models.errors import OkiagariError
+
+# Normals (unit vectors) that agree to this are one: a nanoradian moves no edge of a sole by more than its rounding.
+_SAME = 1e-9
+# An edge shorter than this [m] is a corner: far below a sole, far above the rounding of a clip.
+_SHORT = 1e-10
+# Half the side of the square that clipping starts from [m]; no robot in sight steps as far.
+_FAR = 1e3
+
+Points = list[tuple[float, float]]
+
+
+class EmptyPlanarError(OkiagariError):
+    """Half-planes that share no area."""
+
+
+def fan(*normals: np.ndarray) -> np.ndarray:
+    """All different unit normals (J, 2) of the arrays (., 2) given, by their angle."""
+    every = np.concatenate(normals)
+    every = every / np.hypot(every[:, 0], every[:, 1])[:, None]
+    every = every[np.argsort(np.arctan2(every[:, 1], every[:, 0]), kind="stable")]
+    kept = [every[0]]
+    for normal in every[1:]:
+        if np.abs(normal - kept[-1]).max() > _SAME and np.abs(normal - kept[0]).max() > _SAME:
+            kept.append(normal)
+    return np.array(kept)
+
+
+def supports(vertices: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Support function (J,) of the hull of vertices (n, 2) along normals (J, 2)."""
+    return np.asarray((vertices @ normals.T).max(axis=0))
+
+
+def edge_lengths(normals: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Lengths (..., J) of the edges with offsets (..., J) along a `fan`, negative where an edge is cut off.
+
+    Offsets are a support function exactly if none is negative.
+    """
+    ahead = np.roll(normals, -1, axis=0)
+    cosine = (normals * ahead).sum(axis=1)
+    sine = normals[:, 0] * ahead[:, 1] - normals[:, 1] * ahead[:, 0]
+    following = (np.roll(offsets, -1, axis=-1) - offsets * cosine) / sine
+    before = (np.roll(offsets, 1, axis=-1) - offsets * np.roll(cosine, 1)) / np.roll(sine, 1)
+    return np.asarray(following + before)
+
+
+def tightened(normals: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Support function (J,) of {x : normals x <= offsets}, which offsets may overstate.
+
+    Raises:
+        EmptyPlanarError: the half-planes share no area.
+    """
+    if edge_lengths(normals, offsets).min() >= 0.0 and (offsets + offsets[_opposite(normals)]).min() > 0.0:
+        return offsets
+    return supports(corners(normals, offsets), normals)
+
+
+def _opposite(normals: np.ndarray) -> np.ndarray:
+    return np.argmin(normals @ normals.T, axis=1)
+
+
+def corners(normals: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Vertices (n, 2), counter-clockwise, of the bounded {x : normals x <= offsets}.
+
+    Raises:
+        EmptyPlanarError: the half-planes share no area.
+    """
+    points = clipped(
+        [(-_FAR, -_FAR), (_FAR, -_FAR), (_FAR, _FAR), (-_FAR, _FAR)],
+        zip(normals.tolist(), offsets.tolist(), strict=True),
+    )
+    # A corner that two clips found twice is one.
+    distinct = [p for i, p in enumerate(points) if math.dist(p, points[i - 1]) > _SHORT]
+    if len(distinct) < 3:
+        raise EmptyPlanarError("the half-planes share no area")
+    return np.array(distinct)
+
+
+def clipped(points: Points, half_planes: Iterable[tuple[Sequence[float], float]]) -> Points:
+    """What half-planes (normal, offset) leave of a convex polygon; empty if nothing."""
+    for (nx, ny), offset in half_planes:
+        if not points:
+            return points
+        kept = []
+        ax, ay = points[-1]
+        before = offset - nx * ax - ny * ay
+        for bx, by in points:
+            after = offset - nx * bx - ny * by
+            if (before < 0.0) != (after < 0.0):
+                t = before / (before - after)
+                kept.append((ax + t * (bx - ax), ay + t * (by - ay)))
+            if after >= 0.0:
+                kept.append((bx, by))
+            ax, ay, before = bx, by, after
+        points = kept
+    return points
+
+
+def nearest(points: Points, x: float, y: float) -> tuple[float, float]:
+    """Point of a convex polygon (counter-clockwise, not empty, perhaps flat) that is nearest to (x, y)."""
+    inside = len(points) > 2
+    best, found = math.inf, points[0]
+    ax, ay = points[-1]
+    for bx, by in points:
+        ex, ey, wx, wy = bx - ax, by - ay, x - ax, y - ay
+        if ex * wy - ey * wx < 0.0:
+            inside = False
+        square = ex * ex + ey * ey
+        along = min(max((wx * ex + wy * ey) / square, 0.0), 1.0) if square > 0.0 else 0.0
+        px, py = ax + along * ex, ay + along * ey
+        distance = (x - px) ** 2 + (y - py) ** 2
+        if distance < best:
+            best, found = distance, (px, py)
+        ax, ay = bx, by
+    return (x, y) if inside else found
+
+
+def tangents(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Outward unit normals of the two lines through the origin that touch a convex polygon; none if it holds it."""
+    left = right = points[0]
+    for point in points[1:]:
+        x, y = point
+        if left[0] * y - left[1] * x > 0.0:
+            left = point
+        if right[0] * y - right[1] * x < 0.0:
+            right = point
+    found = []
+    for nx, ny in ((-left[1], left[0]), (right[1], -right[0])):
+        length = math.hypot(nx, ny)
+        # The order by angle above means nothing for a polygon around the origin: points lie beyond the line then.
+        if length <= _SHORT or max([nx * x + ny * y for x, y in points]) > _SHORT * length:
+            return []
+        found.append((nx / length, ny / length))
+    return found

@@ -1,0 +1,282 @@
+"""Offsets of all sets of a stepper that re-plans, for every number of steps, side, step time and tick.
+
+Sets are convex polygons in the plane of the DCM xi = c + cdot / omega, seen from the stance foot, and tracked by
+their support functions. With z in the sole S, xi+ = a xi + (1 - a) z, a = e^{omega dt}, so a target X at landing is
+reached k ticks before from a^{-k} X + (1 - a^{-k}) S; that z is held for a step loses nothing, S being convex.
+
+At a landing on p without further steps the regulator u = p/2 + k (xi - p/2) must keep u in hull(S, p + S), which is
+{al p + s}: xi = lam p + s / k with |lam - 1/2| <= 1/(2 k), s in S. With more steps xi - p must be in the set of the
+next stance. Over a box P of footholds that is conv(lam_0 P, lam_1 P) + S / k, and P + the set of the next stance.
+
+With the ZMP off by w in a box W each tick, the commanded z stays in S - W (Pontryagin) and a tick back is
+X(k + 1) = a^{-1} [(X(k) - (a - 1) W) + (a - 1) (S - W)]. X is then seen from the foothold, which is taken as chosen: a
+foothold that may still follow the errors would at most do better.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from controllers.footholds import StepLimits
+from controllers.pendulum import Pendulum
+from controllers.planar import EmptyPlanarError, corners, edge_lengths, fan, supports, tangents, tightened
+from controllers.robust import EmptySetError, ZmpError
+from controllers.support import SupportPolygon
+from models.arena import SIDES
+from models.robot import Side, other
+
+AXES = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+# Halvings of the search for the largest error: a billionth of the one asked for.
+_HALVINGS = 30
+# Relative: offsets of an erosion by nothing but rounding must not count as cut off.
+_ROUNDING = 1e-13
+
+Box = tuple[tuple[float, float], tuple[float, float]]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class StanceTable:
+    """Sets from which to reach the next stance's, for one stance side and step time.
+
+    Attributes:
+        normals: (J, 2) unit, by angle.
+        ahead: (K + 1, N - 1, J) offsets [m] of the states that reach, in k ticks, the set of 1 .. N - 1 steps of the
+            next stance, seen from a foothold p at a^{-k} p.
+        row: (6, J) so that [e hi, e lo, xi] @ row is e h_P(n) - n . xi, P the box from lo to hi.
+        box: reach of a foothold that another one follows.
+    """
+
+    normals: np.ndarray
+    ahead: np.ndarray
+    row: np.ndarray
+    box: Box
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class SetTables:
+    """Everything that queries need.
+
+    Attributes:
+        usable: S - W, where the commanded ZMP may be.
+        weights: lam_0, lam_1.
+        decay: (K + 1,) a^{-k}.
+        normals: (J, 2) those of S and of the axes.
+        last: (K + 1, J) offsets [m] k ticks before the last landing, seen from a^{-k} lam p.
+        last_rows: (normal x, normal y, offset) of these, for each k.
+        last_corners: vertices of these sets, for each k.
+        outlines: (K + 1, n, 2) the same, the last one of each repeated to fill.
+        boxes: stance side -> reach of the last foothold.
+        stances: (stance side, ticks of a step) -> table.
+    """
+
+    usable: SupportPolygon
+    weights: tuple[float, float]
+    decay: np.ndarray
+    normals: np.ndarray
+    last: np.ndarray
+    last_rows: tuple[tuple[tuple[float, float, float], ...], ...]
+    last_corners: tuple[tuple[tuple[float, float], ...], ...]
+    outlines: np.ndarray
+    boxes: Mapping[Side, Box]
+    stances: Mapping[tuple[Side, int], StanceTable]
+
+
+def box_of(stance: Side, stride: float, narrow: float, wide: float) -> Box:
+    """Footholds of the foot opposite to `stance`, as (lower, upper) corner [m]."""
+    lateral = (narrow, wide) if stance == "right" else (-wide, -narrow)
+    return (-stride, lateral[0]), (stride, lateral[1])
+
+
+def within(box: Box, swing: np.ndarray | tuple[float, float], radius: float) -> Box:
+    """The footholds of a box no farther than `radius` along each axis from `swing` (2,), or those nearest to it."""
+    (x1, y1), (x2, y2) = box
+    qx, qy = float(swing[0]), float(swing[1])
+    return (
+        (min(max(x1, qx - radius), qx + radius), min(max(y1, qy - radius), qy + radius)),
+        (max(min(x2, qx + radius), qx - radius), max(min(y2, qy + radius), qy - radius)),
+    )
+
+
+def union_offsets(box: Box, weights: tuple[float, float], normals: np.ndarray) -> np.ndarray:
+    """Support function (J,) of the union of lam P over lam between the weights, P a box."""
+    reach = box_supports(box, normals)
+    return np.asarray(np.maximum(weights[0] * reach, weights[1] * reach))
+
+
+def box_corners(box: Box) -> list[tuple[float, float]]:
+    """The four, counter-clockwise."""
+    (x1, y1), (x2, y2) = box
+    return [(x1, y1), (x2, y1), (x2, y2), (x1, y2)]
+
+
+def box_supports(box: Box, normals: np.ndarray) -> np.ndarray:
+    """Support function (J,) of a box."""
+    return supports(np.array(box_corners(box)), normals)
+
+
+def build(
+    pendulum: Pendulum,
+    gain_k: float,
+    sole: SupportPolygon,
+    limits: StepLimits,
+    step_ticks: tuple[int, ...],
+    max_steps: int,
+    error: ZmpError,
+) -> SetTables:
+    """All tables.
+
+    Raises:
+        EmptySetError: no state withstands the error; it carries the largest that would do.
+    """
+    try:
+        return _Builder(pendulum, gain_k, sole, limits, step_ticks, max_steps, error).tables()
+    except EmptyPlanarError:
+        fits, fails = 0.0, 1.0
+        for _ in range(_HALVINGS):
+            share = 0.5 * (fits + fails)
+            try:
+                _Builder(pendulum, gain_k, sole, limits, step_ticks, max_steps, error.scaled(share)).tables()
+                fits = share
+            except EmptyPlanarError:
+                fails = share
+        largest = error.scaled(fits)
+        raise EmptySetError(
+            f"stepping on these soles withstands no ZMP error of {1e3 * error.w_bar:.3g} mm, only below "
+            f"{1e3 * largest.w_bar:.3g} mm: use a larger gain or a smaller margin to the edges",
+            largest,
+        ) from None
+
+
+class _Builder:
+    def __init__(
+        self,
+        pendulum: Pendulum,
+        gain_k: float,
+        sole: SupportPolygon,
+        limits: StepLimits,
+        step_ticks: tuple[int, ...],
+        max_steps: int,
+        error: ZmpError,
+    ) -> None:
+        self._dt, self._limits, self._step_ticks, self._steps = pendulum.dt, limits, step_ticks, max_steps
+        self._gain_k, self._error, self._sole = gain_k, error, sole
+        self._growth = math.exp(pendulum.omega * pendulum.dt)
+        self._decay = self._growth ** -np.arange(max(step_ticks) + 1.0)
+        self._weights = 0.5 - 0.5 / gain_k, 0.5 + 0.5 / gain_k
+        # The axes are the normals of W and of the boxes of footholds.
+        self._normals = fan(sole.M, AXES)
+        outline = sole.vertices
+        if error.w_bar > 0.0:
+            room = supports(sole.vertices, self._normals) - error.support(self._normals)
+            outline = corners(self._normals, room)
+        self._usable = SupportPolygon(outline)
+
+    def tables(self) -> SetTables:
+        """Run the recursions."""
+        self._require_regulator()
+        last = self._back(self._normals, self._usable.vertices / self._gain_k, None)
+        if self._error.w_bar > 0.0:
+            outlines = [corners(self._normals, offsets) for offsets in last]
+        else:
+            # Sums of multiples of one sole.
+            sizes = self._decay / self._gain_k + (1.0 - self._decay)
+            outlines = [size * self._usable.vertices for size in sizes]
+        limits, most = self._limits, max(map(len, outlines))
+        return SetTables(
+            usable=self._usable,
+            weights=self._weights,
+            decay=_sealed(self._decay),
+            normals=_sealed(self._normals),
+            last=_sealed(last),
+            last_rows=tuple(tuple(map(tuple, np.column_stack((self._normals, h)).tolist())) for h in last),
+            last_corners=tuple(tuple((float(x), float(y)) for x, y in outline) for outline in outlines),
+            outlines=_sealed(np.array([o[np.minimum(np.arange(most), len(o) - 1)] for o in outlines])),
+            boxes={side: box_of(side, limits.max_stride, limits.min_width, limits.max_width) for side in SIDES},
+            stances={key: table for ticks in self._step_ticks for key, table in self._stances(ticks, outlines[ticks])},
+        )
+
+    def _stances(self, ticks: int, landing: np.ndarray) -> list[tuple[tuple[Side, int], StanceTable]]:
+        limits, reach = self._limits, self._limits.swing_speed * self._dt * ticks
+        # Any of these footholds can follow any of them: the foot swings from one stance to the next but one.
+        stride, wide = min(limits.max_stride, 0.5 * reach), min(limits.max_width, limits.min_width + reach)
+        boxes = {side: box_of(side, stride, limits.min_width, wide) for side in SIDES}
+        slants = [np.array(tangents(box_corners(box))).reshape(-1, 2) for box in boxes.values()]
+        normals = fan(self._normals, *slants)
+        decay = self._decay[ticks]
+        # Sets at the start of a step, of 1, 2, ... steps.
+        whole = {side: [decay * union_offsets(boxes[side], self._weights, normals)] for side in SIDES}
+        ahead: dict[Side, list[np.ndarray]] = {side: [] for side in SIDES}
+        for side in SIDES:
+            whole[side][0] += supports(landing, normals)
+        for count in range(self._steps - 1):
+            for side in SIDES:
+                ahead[side].append(self._back(normals, None, whole[other(side)][count]))
+                whole[side].append(decay * box_supports(boxes[side], normals) + ahead[side][count][ticks])
+        row = np.vstack((np.maximum(normals, 0.0).T, np.minimum(normals, 0.0).T, -normals.T))
+        shape = (len(self._decay), 0, len(normals))
+        return [
+            (
+                (side, ticks),
+                StanceTable(
+                    normals=_sealed(normals),
+                    ahead=_sealed(np.stack(ahead[side], axis=1) if ahead[side] else np.empty(shape)),
+                    row=_sealed(np.ascontiguousarray(row)),
+                    box=boxes[side],
+                ),
+            )
+            for side in SIDES
+        ]
+
+    def _back(self, normals: np.ndarray, target: np.ndarray | None, offsets: np.ndarray | None) -> np.ndarray:
+        """Offsets (K + 1, J) of the states that reach a target (its vertices, or its offsets) in k ticks."""
+        if offsets is None:
+            assert target is not None
+            offsets = supports(target, normals)
+        decay = self._decay[:, None]
+        sole = supports(self._usable.vertices, normals)
+        if self._error.w_bar == 0.0:
+            return np.asarray(decay * offsets + (1.0 - decay) * sole)
+        loss, growth = (self._growth - 1.0) * self._error.support(normals), self._growth
+        gain = (growth - 1.0) * sole
+        # While no edge is cut off, erosions are plain differences too.
+        plain = decay * offsets + (1.0 - decay) * (sole - loss / (growth - 1.0))
+        slack = edge_lengths(normals, plain - loss).min()
+        wide = (plain - loss + (plain - loss)[:, np.argmin(normals @ normals.T, axis=1)]).min()
+        if slack >= -_ROUNDING and wide > 0.0:
+            return np.asarray(plain)
+        rows = [offsets]
+        for _ in range(len(decay) - 1):
+            rows.append((tightened(normals, rows[-1] - loss) + gain) / growth)
+        return np.array(rows)
+
+    def _require_regulator(self) -> None:
+        """Raise EmptyPlanarError unless the regulator keeps to its set in spite of the errors, wherever it ends.
+
+        About a landing on p its set is {mu p + s / k : |mu| <= 1/(2 k), s in S - W}; an error moves the DCM by
+        (a - 1) w while the set shrinks by (a - 1)(k - 1) of itself. Its edges face along those of S, which are
+        |n . p| / (2 k) farther for p, and across p.
+        """
+        limits, needed = self._limits, 1.0 / (self._gain_k - 1.0)
+        (_, low), (stride, _) = box_of("right", limits.max_stride, limits.min_width, limits.max_width)
+        normals = self._normals
+        slants = np.array(tangents(box_corners(((-stride, low), (stride, limits.max_width)))))
+        across = fan(normals, slants, -slants)
+        across = across[np.abs(across[:, 0]) * stride + 1e-12 >= np.abs(across[:, 1]) * low]
+        room = supports(self._usable.vertices, across) / self._gain_k
+        farther = np.abs(normals[:, 1]) * low - np.abs(normals[:, 0]) * stride
+        own = (supports(self._usable.vertices, normals) + 0.5 * np.maximum(farther, 0.0)) / self._gain_k
+        least = min(
+            float((room - needed * self._error.support(across)).min()),
+            float((own - needed * self._error.support(normals)).min()),
+        )
+        if least < 0.0:
+            raise EmptyPlanarError("the regulator does not withstand the error")
+
+
+def _sealed(array: np.ndarray) -> np.ndarray:
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,178 @@
+"""Which foothold and which ZMP: one small program a tick, so that the DCM lands where the remaining steps suffice."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import daqp
+import numpy as np
+
+from controllers.linear_program import LinearProgram
+from controllers.planar import clipped, nearest, tangents
+from controllers.step_sets_build import AXES, Box, box_corners, union_offsets
+from models.errors import InputError
+from models.robot import Side
+
+if TYPE_CHECKING:
+    from controllers.step_sets import StepSets
+
+# Against a metre of slack: so small that it only decides among choices with the same slack.
+_NEARNESS = 1e-6
+# The last entry is for the solver, which wants a definite cost. Leaving the wanted foothold counts less than leaving
+# the calmest ZMP: the foot gives way first.
+_WEIGHTS = _NEARNESS * np.diag([1.0, 1.0, 1e-2, 1e-2, 1.0])
+_OPTIMAL = 1
+_NO_LIMIT = 1e30
+_TOLERANCE = 1e-9
+# A state on the rim would be lost to rounding: so much slack [m] is always sought.
+_LEAST = 1e-6
+# Slacks this near [m] are one: above the accuracy of the solver.
+_SAME = 1e-8
+# Half the side of the square that holds all footholds and DCMs worth a step [m].
+_FAR = 1e3
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Foothold:
+    """Where to land and how to get there; all points (2,) seen from the stance foot [m].
+
+    Attributes:
+        position: where the foot in the air should land.
+        zmp: where to keep the ZMP until then.
+        landing_dcm: where the DCM then is at landing.
+        slack: of the DCM at landing in the set of the steps that are left, seen from the new stance foot, or in that of
+            the regulator after the last one [m]; whatever the errors of the ZMP until then.
+    """
+
+    position: np.ndarray
+    zmp: np.ndarray
+    landing_dcm: np.ndarray
+    slack: float
+
+
+def choose(
+    sets: StepSets,
+    dcm: np.ndarray,
+    stance: Side,
+    time_left: float,
+    swing: np.ndarray | None,
+    step_time: float,
+    steps: int,
+    toward: np.ndarray,
+    margin: float,
+) -> Foothold:
+    """See `StepSets.foothold`.
+
+    The slack at landing is made as large as it can be, up to the margin. Then the ZMP is the one nearest to the point
+    of the sole nearest to the DCM, and the foothold the one nearest to `toward`.
+    """
+    sets.require_steps(steps)
+    point, wanted = np.array(dcm, dtype=float), np.array(toward, dtype=float)
+    if not (math.isfinite(point.sum()) and math.isfinite(wanted.sum()) and 0.0 <= margin < math.inf):
+        raise InputError(
+            f"dcm, toward, margin: must be finite and the margin not negative, got {dcm!r}, {toward!r}, {margin!r}"
+        )
+    k, tables = sets.tick(time_left), sets.tables
+    last, more = sets.boxes(stance, k, swing, step_time)
+    usable, growth = tables.usable, 1.0 / float(tables.decay[k])
+    calm = usable.nearest(point)
+    if steps == 1:
+        box, share = last, 0.5
+        feet = np.concatenate((AXES, np.array(tangents(box_corners(box))).reshape(-1, 2)))
+        reach = union_offsets(box, tables.weights, feet)
+        normals, ahead = tables.normals, tables.last
+    else:
+        table = sets.table(stance, step_time)
+        box, share = more, 1.0
+        feet, reach = AXES, np.array([box[1][0], box[1][1], -box[0][0], -box[0][1]])
+        normals, ahead = table.normals, table.ahead[:, steps - 2]
+    # Unknowns: z' = (a^k - 1) z, the foothold p (before the last landing y = lam p), and the slack s at landing. The
+    # DCM then is a^k xi - z'; with errors of the ZMP the next tick must end in the set about the foothold chosen now.
+    moved, offsets = 1.0, ahead[0]
+    if k > 0 and sets.error.w_bar > 0.0:
+        a = float(tables.decay[0] / tables.decay[1])
+        moved = (growth - growth / a) / (growth - 1.0)
+        offsets = (growth / a) * (ahead[k - 1] - (a - 1.0) * sets.error.support(normals))
+    own, foot, rest = len(usable.v), len(feet), len(normals)
+    rows, limits = np.zeros((own + foot + rest + 1, 5)), np.empty(own + foot + rest + 1)
+    free = growth * point
+    rows[:own, :2], limits[:own] = usable.M, (growth - 1.0) * usable.v
+    rows[own : own + foot, 2:4], limits[own : own + foot] = feet, reach
+    rows[own + foot : -1, :2], rows[own + foot : -1, 2:4] = -moved * normals, -normals
+    rows[own + foot :, 4], limits[own + foot : -1], limits[-1] = 1.0, offsets - normals @ free, max(margin, _LEAST)
+    optimum = _solve(np.concatenate(((growth - 1.0) * calm, share * wanted)), rows, limits)
+    zmp = usable.nearest(optimum[:2] / (growth - 1.0)) if k else calm
+    shift = (growth - 1.0) * zmp
+    room = offsets - normals @ (free - moved * shift)
+    chosen = optimum[2:4]
+    if steps == 1:
+        chosen = _last_foothold(normals, room - optimum[4], tables.weights, chosen, box, wanted)
+    position = np.minimum(np.maximum(chosen, box[0]), box[1])
+    along = normals @ position
+    slack = float((room + along).min()) if steps > 1 else _best_between(room, along, tables.weights)
+    return Foothold(position=position, zmp=zmp, landing_dcm=free - shift, slack=slack)
+
+
+def _solve(wanted: np.ndarray, rows: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    """Unknowns (5,) with the largest slack, nearest to `wanted` (4,)."""
+    cost = -_WEIGHTS.diagonal() * np.append(wanted, 1.0 / _NEARNESS)
+    optimum, _, flag, _ = daqp.solve(
+        _WEIGHTS, cost, rows, limits, np.full(len(limits), -_NO_LIMIT), np.zeros(len(limits), dtype=np.int32),
+        primal_tol=_TOLERANCE,
+    )  # fmt: skip
+    if flag == _OPTIMAL or (rows @ optimum - limits).max() <= _SAME:
+        return np.asarray(optimum)
+    # The simplex method does not mind degenerate corners, and with them there is nothing left to prefer.
+    return LinearProgram(rows, limits).maximise(np.eye(5)[-1])
+
+
+def _last_foothold(
+    normals: np.ndarray,
+    room: np.ndarray,
+    weights: tuple[float, float],
+    middle: np.ndarray,
+    box: Box,
+    wanted: np.ndarray,
+) -> np.ndarray:
+    """The foothold p of the box nearest to `wanted` with -normals lam p <= room for a lam between the weights.
+
+    Args:
+        normals, room: (J, 2), (J,) [m].
+        weights: of lam.
+        middle: (2,) one y = lam p, should rounding leave no other.
+        box: of p.
+        wanted: (2,).
+    """
+    inner = [((-nx, -ny), offset) for (nx, ny), offset in zip(normals.tolist(), (room + _SAME).tolist(), strict=True)]
+    points = clipped([(-_FAR, -_FAR), (_FAR, -_FAR), (_FAR, _FAR), (-_FAR, _FAR)], inner)
+    if points:
+        cone = [((nx, ny), 0.0) for nx, ny in tangents(points)]
+        for normal, _ in inner:
+            most = max([normal[0] * x + normal[1] * y for x, y in points])
+            cone.append((normal, max(most / weights[0], most / weights[1])))
+        feet = clipped(box_corners(box), cone)
+        if feet:
+            return np.array(nearest(feet, float(wanted[0]), float(wanted[1])))
+    # All lam that bring y into the box, and the best of them.
+    lower, upper = 1.0 / weights[1], 1.0 / weights[0]
+    for value, low, high in zip(middle.tolist(), *box, strict=True):
+        if value != 0.0:
+            lower, upper = max(lower, min(low / value, high / value)), min(upper, max(low / value, high / value))
+    square = float(middle @ middle)
+    factor = float(middle @ wanted) / square if square > 0.0 else lower
+    return middle * min(max(factor, lower), upper)
+
+
+def _best_between(room: np.ndarray, along: np.ndarray, weights: tuple[float, float]) -> float:
+    """Largest of min(room + lam along) over lam between the weights."""
+    lines = list(zip(room.tolist(), along.tolist(), strict=True))
+    low, high = weights
+    best = max(min([b + lam * d for b, d in lines]) for lam in weights)
+    for b, d in lines:
+        for c, e in lines:
+            # Where a falling line crosses a rising one.
+            if d > 0.0 > e and low < (lam := (c - b) / (d - e)) < high:
+                best = max(best, min([f + lam * g for f, g in lines]))
+    return best
