@@ -16,15 +16,15 @@ from numpy.typing import ArrayLike
 from controllers.footholds import StepLimits
 from controllers.gains import UnstableGainError, dcm
 from controllers.pendulum import Pendulum
-from controllers.planar import edge_lengths, fan, supports, tangents
+from controllers.planar import edge_lengths, fan, supports
 from controllers.polytope import Polytope
 from controllers.robust import ZmpError
 from controllers.step_sets_build import (
     Box,
     SetTables,
     StanceTable,
-    box_corners,
     box_supports,
+    box_tangents,
     build,
     union_offsets,
     within,
@@ -104,13 +104,14 @@ class StepSets:
                 f"stance, step_time: must be a side and one of {self.step_times} s, got {stance!r}, {step_time!r}"
             ) from None
 
-    def boxes(self, stance: Side, ticks: int, swing: ArrayLike | None, step_time: float) -> tuple[Box, Box]:
+    def boxes(self, stance: Side, ticks: int, swing: np.ndarray | None, step_time: float) -> tuple[Box, Box]:
         """Where the foot in the air can land `ticks` from now: if that is the last step, and if more follow."""
         last, more = self.tables.boxes[stance], self.table(stance, step_time).box
         if swing is None:
             return last, more
-        foot, radius = np.asarray(swing, dtype=float), self.limits.swing_speed * self.pendulum.dt * ticks
-        return within(last, foot, radius), within(more, foot, radius)
+        x, y, radius = float(swing[0]), float(swing[1]), self.limits.swing_speed * self.pendulum.dt * ticks
+        reach = within(last, x, y, radius)
+        return reach, reach if last == more else within(more, x, y, radius)
 
     def slacks(
         self, dcm: np.ndarray, stance: Side, time_left: float, swing: np.ndarray | None, step_time: float
@@ -136,9 +137,9 @@ class StepSets:
         x, y = float(dcm[0]), float(dcm[1])
         decay = float(self.tables.decay[k])
         (x1, y1), (x2, y2) = more
-        row = np.dot((decay * x2, decay * y2, decay * x1, decay * y1, x, y), table.row)
+        row = table.row.dot((decay * x2, decay * y2, decay * x1, decay * y1, x, y))
         slacks = np.empty(self.max_steps)
-        np.minimum.reduce(table.ahead[k] + row, axis=1, out=slacks[1:])
+        np.minimum.reduce(table.ahead[:, :, k] + row[:, None], axis=0, out=slacks[1:])
         slacks[0] = last_slack(self.tables, x, y, k, last)
         return slacks
 
@@ -147,23 +148,20 @@ class StepSets:
         table = self.table(stance, step_time)
         count = round(step_time / self.pendulum.dt) + 1
         decay = self.tables.decay[:count]
-        last, more = np.array(self.tables.boxes[stance]), np.array(table.box)
         point = np.asarray(dcm, dtype=float)
-        if swing is None:
-            lasts, mores = (np.broadcast_to(box, (count, 2, 2)) for box in (last, more))
-        else:
-            radius = (self.limits.swing_speed * self.pendulum.dt * np.arange(count))[:, None]
-            low, high = swing - radius, swing + radius
-            lasts, mores = (
-                np.stack((np.minimum(np.maximum(b[0], low), high), np.maximum(np.minimum(b[1], high), low)), axis=1)
-                for b in (last, more)
-            )
-        slacks = np.empty((count, self.max_steps))
-        reach = (decay[:, None, None] * mores[:, ::-1]).reshape(count, 4)
-        row = reach @ table.row[:4] + point @ table.row[4:]
-        np.min(table.ahead[:count] + row[:, None, :], axis=2, out=slacks[:, 1:])
-        slacks[:, 0] = last_slacks(self.tables, point, lasts)
-        return slacks
+        radius = self.limits.swing_speed * self.pendulum.dt * np.arange(count)
+        last, more = self.tables.boxes[stance], table.box
+        lower, upper = _phases(last, swing, radius)
+        slacks = np.empty((self.max_steps, count))
+        slacks[0] = last_slacks(self.tables, point, lower, upper)
+        if more != last:
+            lower, upper = _phases(more, swing, radius)
+        row = table.row[:, :2].dot(upper)
+        row += table.row[:, 2:4].dot(lower)
+        row *= decay
+        row += table.row[:, 4:].dot(point)[:, None]
+        np.minimum.reduce(table.ahead[:, :, :count] + row[:, None, :], axis=0, out=slacks[1:])
+        return slacks.T
 
     def fewest(
         self,
@@ -218,11 +216,11 @@ class StepSets:
         decay = self.tables.decay[k]
         if steps > 1:
             normals = table.normals
-            offsets = decay * box_supports(more, normals) + table.ahead[k, steps - 2]
+            offsets = decay * box_supports(more, normals) + table.ahead[:, steps - 2, k]
         else:
-            normals = fan(self.tables.normals, np.array(tangents(box_corners(last))).reshape(-1, 2))
+            normals = fan(self.tables.normals, np.array(box_tangents(last)).reshape(-1, 2))
             offsets = decay * union_offsets(last, self.tables.weights, normals)
-            offsets = offsets + supports(self.tables.outlines[k], normals)
+            offsets = offsets + supports(self.tables.outlines[:, :, k].T, normals)
         edges = edge_lengths(normals, offsets) > _SHORT
         return Polytope(S=normals[edges], a=offsets[edges])
 
@@ -230,6 +228,17 @@ class StepSets:
         """Raise InputError unless there are sets of so many steps."""
         if not 1 <= steps <= self.max_steps:
             raise InputError(f"steps: must be 1 to {self.max_steps}, got {steps!r}")
+
+
+def _phases(box: Box, swing: np.ndarray | None, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`within` for each radius (count,): lower and upper corners (2, count)."""
+    if swing is None:
+        lower, upper = (np.broadcast_to(np.array(corner)[:, None], (2, len(radius))) for corner in box)
+        return lower, upper
+    foot = np.asarray(swing, dtype=float)[:, None]
+    low, high = foot - radius, foot + radius
+    lower, upper = (np.minimum(np.maximum(np.array(corner)[:, None], low), high) for corner in box)
+    return lower, upper
 
 
 def step_sets(

@@ -44,15 +44,17 @@ class StanceTable:
 
     Attributes:
         normals: (J, 2) unit, by angle.
-        ahead: (K + 1, N - 1, J) offsets [m] of the states that reach, in k ticks, the set of 1 .. N - 1 steps of the
+        ahead: (J, N - 1, K + 1) offsets [m] of the states that reach, in k ticks, the set of 1 .. N - 1 steps of the
             next stance, seen from a foothold p at a^{-k} p.
-        row: (6, J) so that [e hi, e lo, xi] @ row is e h_P(n) - n . xi, P the box from lo to hi.
+        row: (J, 6) so that row @ [e hi, e lo, xi] is e h_P(n) - n . xi, P the box from lo to hi.
+        program: (., 5) rows of the choice of a foothold, see `step_sets_foothold`; writable, the solver insists.
         box: reach of a foothold that another one follows.
     """
 
     normals: np.ndarray
     ahead: np.ndarray
     row: np.ndarray
+    program: np.ndarray
     box: Box
 
 
@@ -65,10 +67,10 @@ class SetTables:
         weights: lam_0, lam_1.
         decay: (K + 1,) a^{-k}.
         normals: (J, 2) those of S and of the axes.
-        last: (K + 1, J) offsets [m] k ticks before the last landing, seen from a^{-k} lam p.
+        last: (J, K + 1) offsets [m] k ticks before the last landing, seen from a^{-k} lam p.
         last_rows: (normal x, normal y, offset) of these, for each k.
         last_corners: vertices of these sets, for each k.
-        outlines: (K + 1, n, 2) the same, the last one of each repeated to fill.
+        outlines: (2, n, K + 1) the same, the last one of each repeated to fill.
         boxes: stance side -> reach of the last foothold.
         stances: (stance side, ticks of a step) -> table.
     """
@@ -91,14 +93,16 @@ def box_of(stance: Side, stride: float, narrow: float, wide: float) -> Box:
     return (-stride, lateral[0]), (stride, lateral[1])
 
 
-def within(box: Box, swing: np.ndarray | tuple[float, float], radius: float) -> Box:
-    """The footholds of a box no farther than `radius` along each axis from `swing` (2,), or those nearest to it."""
+def within(box: Box, x: float, y: float, radius: float) -> Box:
+    """The footholds of a box no farther than `radius` along each axis from (x, y), or those nearest to it."""
     (x1, y1), (x2, y2) = box
-    qx, qy = float(swing[0]), float(swing[1])
-    return (
-        (min(max(x1, qx - radius), qx + radius), min(max(y1, qy - radius), qy + radius)),
-        (max(min(x2, qx + radius), qx - radius), max(min(y2, qy + radius), qy - radius)),
-    )
+    left, right, below, above = x - radius, x + radius, y - radius, y + radius
+    # Comparisons instead of min and max, which take four times as long.
+    x1 = left if x1 < left else right if x1 > right else x1
+    x2 = left if x2 < left else right if x2 > right else x2
+    y1 = below if y1 < below else above if y1 > above else y1
+    y2 = below if y2 < below else above if y2 > above else y2
+    return (x1, y1), (x2, y2)
 
 
 def union_offsets(box: Box, weights: tuple[float, float], normals: np.ndarray) -> np.ndarray:
@@ -113,9 +117,32 @@ def box_corners(box: Box) -> list[tuple[float, float]]:
     return [(x1, y1), (x2, y1), (x2, y2), (x1, y2)]
 
 
+def box_tangents(box: Box) -> list[tuple[float, float]]:
+    """`tangents` of a box: most lie on one side of the x axis, and then it is clear which corners they touch."""
+    (x1, y1), (x2, y2) = box
+    if y1 > 0.0:
+        left, right = (x1, y1 if x1 < 0.0 else y2), (x2, y1 if x2 > 0.0 else y2)
+    elif y2 < 0.0:
+        left, right = (x2, y2 if x2 > 0.0 else y1), (x1, y2 if x1 < 0.0 else y1)
+    else:
+        return tangents(box_corners(box))
+    wide, narrow = math.hypot(*left), math.hypot(*right)
+    return [(-left[1] / wide, left[0] / wide), (right[1] / narrow, -right[0] / narrow)]
+
+
 def box_supports(box: Box, normals: np.ndarray) -> np.ndarray:
     """Support function (J,) of a box."""
     return supports(np.array(box_corners(box)), normals)
+
+
+def program_rows(sole: np.ndarray, feet: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Rows on (z', p, s): sole z' and feet p bounded, s under what the DCM at landing, less z' + p, leaves of a set."""
+    own, reach = len(sole), len(feet)
+    rows = np.zeros((own + reach + len(normals) + 1, 5))
+    rows[:own, :2], rows[own : own + reach, 2:4] = sole, feet
+    rows[own + reach : -1, :2] = rows[own + reach : -1, 2:4] = -normals
+    rows[own + reach :, 4] = 1.0
+    return rows
 
 
 def build(
@@ -191,10 +218,12 @@ class _Builder:
             weights=self._weights,
             decay=_sealed(self._decay),
             normals=_sealed(self._normals),
-            last=_sealed(last),
+            last=_sealed(last.T.copy()),
             last_rows=tuple(tuple(map(tuple, np.column_stack((self._normals, h)).tolist())) for h in last),
             last_corners=tuple(tuple((float(x), float(y)) for x, y in outline) for outline in outlines),
-            outlines=_sealed(np.array([o[np.minimum(np.arange(most), len(o) - 1)] for o in outlines])),
+            outlines=_sealed(
+                np.array([o[np.minimum(np.arange(most), len(o) - 1)].T for o in outlines]).transpose(1, 2, 0).copy()
+            ),
             boxes={side: box_of(side, limits.max_stride, limits.min_width, limits.max_width) for side in SIDES},
             stances={key: table for ticks in self._step_ticks for key, table in self._stances(ticks, outlines[ticks])},
         )
@@ -204,7 +233,7 @@ class _Builder:
         # Any of these footholds can follow any of them: the foot swings from one stance to the next but one.
         stride, wide = min(limits.max_stride, 0.5 * reach), min(limits.max_width, limits.min_width + reach)
         boxes = {side: box_of(side, stride, limits.min_width, wide) for side in SIDES}
-        slants = [np.array(tangents(box_corners(box))).reshape(-1, 2) for box in boxes.values()]
+        slants = [np.array(box_tangents(box)) for box in boxes.values()]
         normals = fan(self._normals, *slants)
         decay = self._decay[ticks]
         # Sets at the start of a step, of 1, 2, ... steps.
@@ -216,15 +245,17 @@ class _Builder:
             for side in SIDES:
                 ahead[side].append(self._back(normals, None, whole[other(side)][count]))
                 whole[side].append(decay * box_supports(boxes[side], normals) + ahead[side][count][ticks])
-        row = np.vstack((np.maximum(normals, 0.0).T, np.minimum(normals, 0.0).T, -normals.T))
-        shape = (len(self._decay), 0, len(normals))
+        row = np.hstack((np.maximum(normals, 0.0), np.minimum(normals, 0.0), -normals))
+        program = program_rows(self._usable.M, AXES, normals)
+        shape = (self._steps - 1, len(self._decay), len(normals))
         return [
             (
                 (side, ticks),
                 StanceTable(
                     normals=_sealed(normals),
-                    ahead=_sealed(np.stack(ahead[side], axis=1) if ahead[side] else np.empty(shape)),
-                    row=_sealed(np.ascontiguousarray(row)),
+                    ahead=_sealed(np.array(ahead[side]).reshape(shape).transpose(2, 0, 1).copy()),
+                    row=_sealed(row),
+                    program=program,
                     box=boxes[side],
                 ),
             )
@@ -263,7 +294,7 @@ class _Builder:
         limits, needed = self._limits, 1.0 / (self._gain_k - 1.0)
         (_, low), (stride, _) = box_of("right", limits.max_stride, limits.min_width, limits.max_width)
         normals = self._normals
-        slants = np.array(tangents(box_corners(((-stride, low), (stride, limits.max_width)))))
+        slants = np.array(box_tangents(((-stride, low), (stride, limits.max_width))))
         across = fan(normals, slants, -slants)
         across = across[np.abs(across[:, 0]) * stride + 1e-12 >= np.abs(across[:, 1]) * low]
         room = supports(self._usable.vertices, across) / self._gain_k

@@ -11,7 +11,7 @@ import numpy as np
 
 from controllers.linear_program import LinearProgram
 from controllers.planar import clipped, nearest, tangents
-from controllers.step_sets_build import AXES, Box, box_corners, union_offsets
+from controllers.step_sets_build import AXES, Box, box_corners, box_tangents, program_rows, union_offsets
 from models.errors import InputError
 from models.robot import Side
 
@@ -23,8 +23,8 @@ _NEARNESS = 1e-6
 # The last entry is for the solver, which wants a definite cost. Leaving the wanted foothold counts less than leaving
 # the calmest ZMP: the foot gives way first.
 _WEIGHTS = _NEARNESS * np.diag([1.0, 1.0, 1e-2, 1e-2, 1.0])
+_PULL = -_WEIGHTS.diagonal()[:4]
 _OPTIMAL = 1
-_NO_LIMIT = 1e30
 _TOLERANCE = 1e-9
 # A state on the rim would be lost to rounding: so much slack [m] is always sought.
 _LEAST = 1e-6
@@ -80,28 +80,28 @@ def choose(
     calm = usable.nearest(point)
     if steps == 1:
         box, share = last, 0.5
-        feet = np.concatenate((AXES, np.array(tangents(box_corners(box))).reshape(-1, 2)))
+        feet = np.concatenate((AXES, np.array(box_tangents(box)).reshape(-1, 2)))
         reach = union_offsets(box, tables.weights, feet)
         normals, ahead = tables.normals, tables.last
+        rows = program_rows(usable.M, feet, normals)
     else:
         table = sets.table(stance, step_time)
         box, share = more, 1.0
-        feet, reach = AXES, np.array([box[1][0], box[1][1], -box[0][0], -box[0][1]])
-        normals, ahead = table.normals, table.ahead[:, steps - 2]
+        reach = np.array((box[1][0], box[1][1], -box[0][0], -box[0][1]))
+        normals, ahead, rows = table.normals, table.ahead[:, steps - 2], table.program
     # Unknowns: z' = (a^k - 1) z, the foothold p (before the last landing y = lam p), and the slack s at landing. The
     # DCM then is a^k xi - z'; with errors of the ZMP the next tick must end in the set about the foothold chosen now.
-    moved, offsets = 1.0, ahead[0]
+    moved, offsets = 1.0, ahead[:, 0]
     if k > 0 and sets.error.w_bar > 0.0:
         a = float(tables.decay[0] / tables.decay[1])
         moved = (growth - growth / a) / (growth - 1.0)
-        offsets = (growth / a) * (ahead[k - 1] - (a - 1.0) * sets.error.support(normals))
-    own, foot, rest = len(usable.v), len(feet), len(normals)
-    rows, limits = np.zeros((own + foot + rest + 1, 5)), np.empty(own + foot + rest + 1)
+        offsets = (growth / a) * (ahead[:, k - 1] - (a - 1.0) * sets.error.support(normals))
+        rows = rows.copy()
+        rows[-1 - len(normals) : -1, :2] *= moved
     free = growth * point
-    rows[:own, :2], limits[:own] = usable.M, (growth - 1.0) * usable.v
-    rows[own : own + foot, 2:4], limits[own : own + foot] = feet, reach
-    rows[own + foot : -1, :2], rows[own + foot : -1, 2:4] = -moved * normals, -normals
-    rows[own + foot :, 4], limits[own + foot : -1], limits[-1] = 1.0, offsets - normals @ free, max(margin, _LEAST)
+    limits = np.concatenate(
+        ((growth - 1.0) * usable.v, reach, offsets - normals.dot(free), (margin if margin > _LEAST else _LEAST,))
+    )
     optimum = _solve(np.concatenate(((growth - 1.0) * calm, share * wanted)), rows, limits)
     zmp = usable.nearest(optimum[:2] / (growth - 1.0)) if k else calm
     shift = (growth - 1.0) * zmp
@@ -117,11 +117,8 @@ def choose(
 
 def _solve(wanted: np.ndarray, rows: np.ndarray, limits: np.ndarray) -> np.ndarray:
     """Unknowns (5,) with the largest slack, nearest to `wanted` (4,)."""
-    cost = -_WEIGHTS.diagonal() * np.append(wanted, 1.0 / _NEARNESS)
-    optimum, _, flag, _ = daqp.solve(
-        _WEIGHTS, cost, rows, limits, np.full(len(limits), -_NO_LIMIT), np.zeros(len(limits), dtype=np.int32),
-        primal_tol=_TOLERANCE,
-    )  # fmt: skip
+    cost = np.append(wanted * _PULL, -1.0)
+    optimum, _, flag, _ = daqp.solve(_WEIGHTS, cost, rows, limits, primal_tol=_TOLERANCE)
     if flag == _OPTIMAL or (rows @ optimum - limits).max() <= _SAME:
         return np.asarray(optimum)
     # The simplex method does not mind degenerate corners, and with them there is nothing left to prefer.

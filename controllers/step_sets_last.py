@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from controllers.planar import tangents
-from controllers.step_sets_build import Box, SetTables, box_corners
+from controllers.step_sets_build import Box, SetTables, box_tangents
 
 
 def last_slack(tables: SetTables, x: float, y: float, k: int, box: Box) -> float:
@@ -30,29 +29,43 @@ def last_slack(tables: SetTables, x: float, y: float, k: int, box: Box) -> float
         slack = (far if reach > 0.0 else near) * reach + offset - nx * x - ny * y
         # Written so that a NaN is kept.
         best = best if slack >= best else slack
-    for nx, ny in tangents(box_corners(box)):
-        offset = max([nx * cx + ny * cy for cx, cy in tables.last_corners[k]])
-        slack = offset - nx * x - ny * y
+    for nx, ny in box_tangents(box):
+        slack = max([nx * cx + ny * cy for cx, cy in tables.last_corners[k]]) - nx * x - ny * y
         best = best if slack >= best else slack
     return best
 
 
-def last_slacks(tables: SetTables, point: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-    """`last_slack` of the DCM `point` (2,) for 0, 1, ... ticks left and boxes (count, 2, 2), as (count,)."""
-    count = len(boxes)
+def last_slacks(tables: SetTables, point: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """`last_slack` of the DCM `point` (2,) for 0, 1, ... ticks left, as (count,).
+
+    Args:
+        tables: of the sets.
+        point: (2,) [m].
+        lower, upper: (2, count) corners of the boxes.
+    """
+    count = lower.shape[1]
     decay = tables.decay[:count]
-    near, far = tables.weights
+    (x1, y1), (x2, y2) = lower, upper
+    if (y1 <= 0.0).any() and (y2 >= 0.0).any():
+        boxes = zip(lower.T.tolist(), upper.T.tolist(), strict=True)
+        x, y = point.tolist()
+        return np.array([last_slack(tables, x, y, k, ((a, b), (c, d))) for k, ((a, b), (c, d)) in enumerate(boxes)])
     normals = tables.normals
-    reach = boxes[:, 1] @ np.maximum(normals, 0.0).T + boxes[:, 0] @ np.minimum(normals, 0.0).T
-    reach = decay[:, None] * np.maximum(near * reach, far * reach)
-    best = (reach + tables.last[:count] - normals @ point).min(axis=1)
-    # Support functions hold for any normals: those across all four corners have the two that touch among them.
-    corners = boxes[:, [[0, 0], [1, 0], [1, 1], [0, 1]], [0, 1]]
-    across = np.concatenate((corners[:, :, ::-1] * [-1.0, 1.0], corners[:, :, ::-1] * [1.0, -1.0]), axis=1)
-    length = np.hypot(across[:, :, 0], across[:, :, 1])
-    reach = (across @ corners.transpose(0, 2, 1)).max(axis=2)
-    reach = decay[:, None] * np.maximum(near * reach, far * reach)
-    reach += (across @ tables.outlines[:count].transpose(0, 2, 1)).max(axis=2) - across @ point
-    # A foothold on the stance foot itself has nothing across it.
-    reach = np.divide(reach, length, out=np.full_like(reach, np.inf), where=length > 0.0)
-    return np.asarray(np.minimum(best, reach.min(axis=1)))
+    reach = np.dot(np.maximum(normals, 0.0), upper) + np.dot(np.minimum(normals, 0.0), lower)
+    reach *= np.where(reach > 0.0, tables.weights[1], tables.weights[0]) * decay
+    reach += tables.last[:, :count]
+    reach -= normals.dot(point)[:, None]
+    best = np.minimum.reduce(reach, axis=0)
+    # As `box_tangents`: the corners that the two lines through the stance foot touch.
+    near, far = (y1, y2) if y1[0] > 0.0 else (y2, y1)
+    across = np.empty((2, 2, count))
+    across[1, 0], across[1, 1] = x1, -x2
+    across[0, 0], across[0, 1] = -np.where(x1 < 0.0, near, far), np.where(x2 > 0.0, near, far)
+    if y1[0] <= 0.0:
+        across *= -1.0
+    across /= np.hypot(across[0], across[1])
+    x, y = across
+    corners_x, corners_y = tables.outlines[:, :, None, :count]
+    slack = np.maximum.reduce(corners_x * x + corners_y * y, axis=0)
+    slack -= point[0] * x + point[1] * y
+    return np.asarray(np.minimum(best, np.minimum(slack[0], slack[1])))
