@@ -19,16 +19,8 @@ from controllers.pendulum import Pendulum
 from controllers.planar import edge_lengths, fan, supports
 from controllers.polytope import Polytope
 from controllers.robust import ZmpError
-from controllers.step_sets_build import (
-    Box,
-    SetTables,
-    StanceTable,
-    box_supports,
-    box_tangents,
-    build,
-    union_offsets,
-    within,
-)
+from controllers.step_sets_box import Box, box_supports, box_tangents, union_offsets, within
+from controllers.step_sets_build import SetTables, StanceTable, build
 from controllers.step_sets_foothold import Foothold, choose
 from controllers.step_sets_last import last_slack, last_slacks
 from controllers.support import SupportError, SupportPolygon

@@ -11,7 +11,8 @@ import numpy as np
 
 from controllers.linear_program import LinearProgram
 from controllers.planar import clipped, nearest, tangents
-from controllers.step_sets_build import AXES, Box, box_corners, box_tangents, program_rows, union_offsets
+from controllers.step_sets_box import AXES, Box, box_corners, box_tangents, union_offsets
+from controllers.step_sets_build import program_rows
 from models.errors import InputError
 from models.robot import Side
 
@@ -62,8 +63,10 @@ def choose(
     steps: int,
     toward: np.ndarray,
     margin: float,
+    *,
+    held: bool = False,
 ) -> Foothold:
-    """See `StepSets.foothold`.
+    """See `StepSets.foothold`; `held` tells that the ZMP stays until landing, free of errors.
 
     The slack at landing is made as large as it can be, up to the margin. Then the ZMP is the one nearest to the point
     of the sole nearest to the DCM, and the foothold the one nearest to `toward`.
@@ -92,7 +95,7 @@ def choose(
     # Unknowns: z' = (a^k - 1) z, the foothold p (before the last landing y = lam p), and the slack s at landing. The
     # DCM then is a^k xi - z'; with errors of the ZMP the next tick must end in the set about the foothold chosen now.
     moved, offsets = 1.0, ahead[:, 0]
-    if k > 0 and sets.error.w_bar > 0.0:
+    if k > 0 and sets.error.w_bar > 0.0 and not held:
         a = float(tables.decay[0] / tables.decay[1])
         moved = (growth - growth / a) / (growth - 1.0)
         offsets = (growth / a) * (ahead[:, k - 1] - (a - 1.0) * sets.error.support(normals))

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from controllers.step_sets_build import Box, SetTables, box_tangents
+from controllers.step_sets_box import Box, box_tangents
+from controllers.step_sets_build import SetTables
 
 
 def last_slack(tables: SetTables, x: float, y: float, k: int, box: Box) -> float:
