@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from scenarios.complaint import Tables
 from scenarios.fields import NotNegative, Positive, Strict, conflict, snap
 from scenarios.schema import Controller, WholeBody, World
+from scenarios.suite_drawn import First, Random, Train
 
 MANY = 1_000_000
 """More episodes than this are run only if asked for twice."""
@@ -80,40 +81,6 @@ class Axes(Strict):
         return {name: values for name in Axes.model_fields if (values := getattr(self, name)) is not None}
 
 
-def _ordered(span: tuple[float, float]) -> tuple[float, float]:
-    if span[0] > span[1]:
-        raise ValueError("must be [lowest, highest]")
-    return span
-
-
-_SPAN = (Field(strict=False), AfterValidator(_ordered))
-Span = Annotated[tuple[float, float], *_SPAN]
-PositiveSpan = Annotated[tuple[Positive, Positive], *_SPAN]
-NotNegativeSpan = Annotated[tuple[NotNegative, NotNegative], *_SPAN]
-
-
-class Random(Strict):
-    """Pushes drawn evenly from ranges [lowest, highest].
-
-    Attributes:
-        count: how many; more of them change none of the former.
-        direction, delta_v, impulse, duration, start, height: as of a push.
-    """
-
-    count: int = Field(ge=1)
-    direction: Span | None = None
-    delta_v: PositiveSpan | None = None
-    impulse: PositiveSpan | None = None
-    duration: PositiveSpan | None = None
-    start: NotNegativeSpan | None = None
-    height: Span | None = None
-
-    def given(self) -> dict[str, tuple[float, float]]:
-        """The ranges that the suite has."""
-        names = (name for name in Random.model_fields if name != "count")
-        return {name: span for name in names if (span := getattr(self, name)) is not None}
-
-
 class Replica(Strict):
     """How replicas differ; what is seeded is so by the suite's seed and the episode's parameters.
 
@@ -147,21 +114,28 @@ class Suite(Strict):
 
     Attributes:
         description: one line.
+        tuned_on: one line for the report: on which seeds and directions the controllers were tuned, and that this
+            suite's were held out.
         scenario: the base: name of a scenario, path of a file, or its fields; at most one push, which gives the
             push's defaults.
         axes: what is crossed.
         random: pushes that are drawn; crossed with the axes.
+        train: growing pushes one after another in place of the one push; crossed with the axes.
+        first: a push before the one that is asked for.
         replicas: repetitions of each episode.
         replica: how they differ.
         adaptive: ends a series of growing pushes early.
         seed: of everything that is drawn.
-        after: time after the push until the episode is judged at the latest [s].
+        after: time after the last push until the episode is judged at the latest [s].
     """
 
     description: str = Field(min_length=1, pattern=r"^[^\n]*$")
+    tuned_on: str | None = Field(default=None, min_length=1, pattern=r"^[^\n]*$")
     scenario: str | dict[str, Any] = "quiet"
     axes: Axes = Axes()
     random: Random | None = None
+    train: Train | None = None
+    first: First | None = None
     replicas: int = Field(default=1, ge=1)
     replica: Replica = Replica()
     adaptive: Adaptive | None = None
@@ -174,12 +148,24 @@ class Suite(Strict):
         for name in drawn:
             if name in axes:
                 raise conflict(f"random.{name}", "is an axis already; it must not be given")
+        if self.train is not None:
+            self._fits_train(axes)
         sizes = [name for name in ("delta_v", "impulse") if name in axes or name in drawn]
         if len(sizes) > 1:
             raise conflict("axes.impulse", "give only one of impulse [N s] and delta_v [m/s]")
         if self.adaptive is not None and not any(size in axes for size in sizes):
             raise conflict("adaptive", "needs an axis delta_v or impulse")
         return self
+
+    def _fits_train(self, axes: dict[str, tuple[Any, ...]]) -> None:
+        for name in ("direction", "delta_v", "impulse"):
+            if name in axes:
+                raise conflict(f"axes.{name}", "the train draws its own; it must not be given")
+        for name in ("random", "first", "adaptive"):
+            if getattr(self, name) is not None:
+                raise conflict(name, "does not go with a train; give only one of them")
+        if self.replica.direction:
+            raise conflict("replica.direction", "the train's directions are drawn already; it must not be given")
 
     @property
     def size_axis(self) -> str | None:
@@ -198,6 +184,8 @@ SUITE_TABLES: Tables = {
     (): Suite,
     ("axes",): Axes,
     ("random",): Random,
+    ("train",): Train,
+    ("first",): First,
     ("replica",): Replica,
     ("adaptive",): Adaptive,
 }

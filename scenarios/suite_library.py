@@ -13,10 +13,13 @@ from pydantic import ValidationError
 from models.errors import InputError
 from scenarios.complaint import complaint, near
 from scenarios.library import load
+from scenarios.push import Push
 from scenarios.schema import Scenario
 from scenarios.suite import SUITE_TABLES, Suite
 
 SHIPPED = Path(__file__).parent / "suites"
+START = 1.0
+"""When a push begins that neither the axes nor the base scenario give a start [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +41,14 @@ class LoadedSuite:
     suite: Suite
     base: Scenario
     push: Mapping[str, Any]
+
+    def range(self, name: str) -> tuple[float, ...]:
+        """The values that a push's `duration` or `start` may have, or the ends of their range [s]."""
+        drawn = {} if self.suite.random is None else self.suite.random.given()
+        default = START if name == "start" else Push.model_fields[name].default
+        always = (self.push.get(name, default),)
+        found: tuple[float, ...] = drawn.get(name) or self.suite.axes.given().get(name) or always
+        return found
 
 
 def shipped() -> dict[str, Path]:
@@ -108,10 +119,36 @@ def _base(suite: Suite, path: Path) -> Scenario:
 
 
 def _check_push(loaded: LoadedSuite) -> None:
-    """Every episode must have a direction and a size."""
+    """Every push must have a direction and a size, and end before the next begins."""
     suite = loaded.suite
     given = {*suite.axes.given(), *(suite.random.given() if suite.random else ()), *loaded.push}
     for field, others in (("direction", {"direction", "vector"}), ("delta_v", {"delta_v", "impulse"})):
-        if not given & others:
+        if suite.train is None and not given & others:
             why = "is missing; the base scenario's push does not give it either"
             raise InputError(f"{loaded.path}: axes.{field}: {why}")
+    _check_train(loaded)
+    _check_first(loaded)
+
+
+def _check_train(loaded: LoadedSuite) -> None:
+    train, control, longest = loaded.suite.train, loaded.base.timing.control, max(loaded.range("duration"))
+    if train is not None and train.interval <= longest + control:
+        raise InputError(
+            f"{loaded.path}: train.interval: {train.interval!r} s must be longer than a push, {longest:g} s, "
+            f"and a control period, {control:g} s"
+        )
+
+
+def _check_first(loaded: LoadedSuite) -> None:
+    first, control = loaded.suite.first, loaded.base.timing.control
+    if first is None:
+        return
+    if first.gap <= control:
+        raise InputError(
+            f"{loaded.path}: first.gap: {first.gap!r} s must be longer than the control period, {control:g} s"
+        )
+    earliest, before = min(loaded.range("start")) - loaded.suite.replica.time, first.gap + first.duration
+    if earliest < before:
+        raise InputError(
+            f"{loaded.path}: axes.start: {earliest:g} s is too early; the first push begins {before:g} s before it"
+        )

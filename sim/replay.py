@@ -87,7 +87,7 @@ def replay(folder: Path, name: str) -> Replay:
     """
     row = find_row(folder, name)
     result = run_episode(Scenario.model_validate(json.loads(row["scenario"])))
-    now = happened(result)
+    now = happened(result, train=row["train"] is not None)
     changed = {key: (row[key], now[key]) for key in now if not _same(row[key], now[key])}
     before = json.loads(row["versions"]) | {"commit": row["commit"]}
     after = versions() | {"commit": commit()}

@@ -64,9 +64,11 @@ PARAMETERS: Mapping[str, Column] = MappingProxyType(
         "controller": _text("supervisor, regulator or statue"),
         "whole_body": _text("dynamics or ik"),
         "body": _text("where the push acts; cog is every body by its mass"),
-        "direction_deg": _number("deg", "nominal direction of the push, 0 forward, 90 left, in [0, 360)"),
-        "delta_v": _number("m/s", "impulse / nominal mass"),
-        "impulse": _number("N s", "asked impulse"),
+        "direction_deg": _number(
+            "deg", "nominal direction of the push, 0 forward, 90 left, below 360; null of a train"
+        ),
+        "delta_v": _number("m/s", "impulse / nominal mass; null of a train"),
+        "impulse": _number("N s", "asked impulse; null of a train"),
         "duration": _number("s", "length of the push"),
         "start": _number("s", "nominal start of the push"),
         "height": _number("m", "how far above the body's COM the push acts"),
@@ -85,7 +87,7 @@ OUTCOME: Mapping[str, Column] = MappingProxyType(
         "outcome": _text("recovered, fell, not_settled or crashed"),
         "reason": _text("why, in words"),
         "time_of_fall": _number("s", "null without a fall"),
-        "delivered_impulse": _number("N s", "summed from the forces that the physics was given; null if never pushed"),
+        "delivered_impulse": _number("N s", "summed from the forces that the physics was given, over all of a train"),
         "d_edge": _number("m", "from the middle of the feet to the edge of their hull in the nominal direction"),
         "delta_v_over_omega_d": _number("1", "1 is the no-step limit of the pendulum"),
         "delta_v_over_sqrt_gh": _number("1", "size of the push, comparable between robots"),
@@ -101,11 +103,20 @@ OUTCOME: Mapping[str, Column] = MappingProxyType(
         "in_tracking_set_decision": _flag("the same of the tracking set that was chosen"),
         "outside_all": _flag("no set held the state at that decision"),
         "chosen": _text("who answered the push: regulator, tracker or statue"),
+        "mid_step": _flag("a step was under way when the push began; null of a train, or if it fell before"),
+        "pushes_survived": _count("pushes of a train after which it stood until the next; null without a train"),
+        "total_impulse": _number("N s", "of the survived pushes of a train; null without a train"),
+        "pushes": _text("the pushes of a train that began: size, what was foretold, whether survived; JSON"),
         "steps": _count("steps begun"),
         "settle_time": _number("s", "from the end of the push to rest; null if it did not come to rest"),
-        "peak_torque_use": _number("1", "greatest torque / stall torque; null on the pendulum"),
-        "peak_speed_use": _number("1", "greatest speed / no-load speed; null on the pendulum"),
-        "saturated_share": _number("1", "share of the ticks with a motor at its limit; null on the pendulum"),
+        "peak_torque": _number("N m", "of the joint with the greatest torque / stall torque; null on the pendulum"),
+        "peak_torque_use": _number("1", "that share"),
+        "peak_torque_joint": _text("that joint"),
+        "peak_speed": _number("rad/s", "of the joint with the greatest speed / no-load speed; null on the pendulum"),
+        "peak_speed_use": _number("1", "that share"),
+        "peak_speed_joint": _text("that joint"),
+        "saturated_time": _number("s", "how long any motor was at its torque-speed line; null on the pendulum"),
+        "saturated_joint": _text("whose was there longest; null if none was"),
         "trace_hash": _text("SHA-256 of every number of the trace"),
     }
 )
@@ -125,8 +136,11 @@ COLUMNS: Mapping[str, Column] = MappingProxyType(
     | {
         "seed": _count("of the episode; derived from the suite's seed and the parameters but for who answers"),
         "series": _text("rows of one adaptive series share it; else it is the episode"),
-        "push_start": _number("s", "start of the push as run"),
-        "push_direction_deg": _number("deg", "direction of the push as run"),
+        "push_start": _number("s", "start of the push as run; of a train, of its first"),
+        "push_direction_deg": _number("deg", "direction of the push as run; null of a train"),
+        "first_direction_deg": _number("deg", "of the push before it; null if there is none"),
+        "first_delta_v": _number("m/s", "size of the push before it; null if there is none"),
+        "train": _count("pushes of the train at most; null without a train"),
     }
     | dict(OUTCOME)
     | dict(TIMING)
@@ -144,7 +158,7 @@ SCHEMA = pa.schema(
         pa.field(name, column.type, metadata={"unit": column.unit, "meaning": column.meaning})
         for name, column in COLUMNS.items()
     ],
-    metadata={"okiagari": json.dumps({"table": "sweep", "version": 1})},
+    metadata={"okiagari": json.dumps({"table": "sweep", "version": 2})},
 )
 
 
@@ -203,7 +217,7 @@ def read_results(folder: Path) -> pa.Table:
 
 
 def read_sweep(folder: Path) -> dict[str, Any]:
-    """What `sweep.json` says: name, description, suite_hash, seed, versions, commit, planned, finished.
+    """What `sweep.json` says: name, description, tuned_on, train, first, suite_hash, seed, versions, ...
 
     Raises:
         ResultsError: if it is missing or damaged.

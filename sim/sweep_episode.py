@@ -5,26 +5,26 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
-import math
 import threading
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.support import Foot, support_polygon
+from controllers.signals import Controller
 from controllers.whole_body import WholeBody, make_whole_body
-from models.arena import SIDES
-from models.robot import Robot, load_robot
-from scenarios.push import Push
 from scenarios.schema import Scenario
 from scenarios.schema import WholeBody as WholeBodyKind
 from sim.episode import EpisodeResult, run_episode
+from sim.foretold import foretold
+from sim.motors import MotorUse
+from sim.push_size import push_columns, robot_named
 from sim.results import COLUMNS
 from sim.sweep_plan import Episode
+from sim.train import train_columns
 from sim.versions import commit, versions
 
 Array = NDArray[np.float64]
@@ -54,8 +54,8 @@ def run_job(job: Job) -> dict[str, Any]:
         layer = None
         if scenario.world == "humanoid" and scenario.controller != "statue":
             layer = _layer(scenario.robot, scenario.whole_body, scenario.timing.control)
-        result = run_episode(scenario, robot=_robot(scenario.robot), layer=layer, polygons=False)
-        row = _known(job) | happened(result)
+        result = run_episode(scenario, robot=robot_named(scenario.robot), layer=layer, polygons=False)
+        row = _known(job) | happened(result, train="train" in job.episode.parameters)
         return row | {
             "real_time_factor": result.real_time_factor,
             "wall_time": time.perf_counter() - begin,
@@ -75,28 +75,10 @@ def trace_hash(values: Array, channels: Sequence[str]) -> str:
     return digest.hexdigest()
 
 
-def edge_distance(robot: Robot, unit: Array) -> float:
-    """From the middle of the feet in `stand` to the edge of their hull, horizontally along `unit` (2,) [m]."""
-    stance = robot.sole_stance
-    feet = [
-        Foot(position=np.array(stance[side][:2]), yaw=stance[side][2], sole=robot.sole_vertices[side]) for side in SIDES
-    ]
-    hull = support_polygon(feet)
-    middle = 0.5 * (feet[0].position + feet[1].position)
-    towards = hull.M @ unit
-    ahead = towards > 1e-12
-    return float(((hull.v - hull.M @ middle)[ahead] / towards[ahead]).min())
-
-
-@functools.lru_cache(maxsize=8)
-def _robot(name: str) -> Robot:
-    return load_robot(name)
-
-
 @functools.lru_cache(maxsize=8)
 def _layer(robot: str, kind: WholeBodyKind, dt: float) -> WholeBody:
     # placo does not give back a solver's memory, 0.8 MB each: a worker must not make one an episode.
-    return make_whole_body(kind, _robot(robot), dt)
+    return make_whole_body(kind, robot_named(robot), dt)
 
 
 @functools.lru_cache(maxsize=1)
@@ -107,87 +89,54 @@ def _makers() -> dict[str, str]:
 
 def _known(job: Job) -> dict[str, Any]:
     """What is known before it is run; all else is null."""
-    episode, (push,) = job.episode, job.scenario.pushes
-    robot, asked = _robot(job.scenario.robot), dict(episode.parameters)
-    nominal = asked.pop("direction", None)
-    unit = (push if nominal is None else Push(start=0.0, direction=nominal, impulse=1.0)).unit
-    flat = float(np.hypot(*unit[:2]))
-    distance = edge_distance(robot, unit[:2] / flat) if flat else None
-    impulse = float(np.linalg.norm(push.impulse_vector(robot.mass)))
-    size = impulse / robot.mass if push.delta_v is None else push.delta_v
+    episode, pushes = job.episode, job.scenario.pushes
+    robot, asked = robot_named(job.scenario.robot), dict(episode.parameters)
+    nominal, train, first = (asked.pop(name, None) for name in ("direction", "train", "first"))
     row: dict[str, Any] = dict.fromkeys(COLUMNS) | asked
     row |= {
         "episode": episode.name,
         "suite": episode.suite,
         "series": episode.series,
         "seed": episode.seed,
-        "direction_deg": push.direction_deg % 360 if nominal is None else nominal % 360,
-        "delta_v": size,
-        "impulse": impulse,
-        "push_start": push.start,
-        "push_direction_deg": push.direction_deg,
-        "d_edge": distance,
-        "delta_v_over_omega_d": size / (robot.omega * distance) if distance else None,
-        "delta_v_over_sqrt_gh": size / math.sqrt(robot.gravity * robot.cog_height),
+        "push_start": pushes[0 if train else -1].start,
         "scenario": json.dumps(job.scenario.as_dict(), sort_keys=True),
     }
+    if train is not None:
+        row["train"] = len(pushes)
+    else:
+        row |= push_columns(robot, pushes[-1], nominal) | {"push_direction_deg": pushes[-1].direction_deg}
+    if first is not None:
+        before = push_columns(robot, pushes[0])
+        row |= {"first_direction_deg": before["direction_deg"], "first_delta_v": before["delta_v"]}
     return row | _makers()
 
 
-def happened(result: EpisodeResult) -> dict[str, Any]:
-    """The columns of `OUTCOME` that the episode decides."""
-    outcome, trace, (push,) = result.outcome, result.trace, result.pushes
-    end = push.start + push.duration
+def happened(result: EpisodeResult, *, train: bool) -> dict[str, Any]:
+    """The columns of `OUTCOME` that the episode decides.
+
+    Args:
+        result: of the episode; of several pushes, the last is the one that was asked for.
+        train: whether its pushes are a train.
+    """
+    outcome, trace, push = result.outcome, result.trace, result.pushes[-1]
     settled = outcome.settled_at
-    row = {
+    row: dict[str, Any] = {
         "outcome": outcome.result.value,
         "reason": outcome.reason.value,
         "time_of_fall": outcome.time_of_fall,
-        "delivered_impulse": push.delivered_impulse,
-        "regulator_slack_end": _number(push.regulator_slack),
-        "tracking_slack_end": _number(push.tracking_slack),
-        "in_regulator_set_end": push.in_regulator_set,
-        "in_tracking_set_end": push.in_tracking_set,
-        "chosen": push.chosen,
         "steps": outcome.steps_taken,
-        "settle_time": None if settled is None else max(0.0, settled - end),
-        "peak_torque_use": _peak(trace["torque_use"]),
-        "peak_speed_use": _peak(trace["speed_use"]),
-        "saturated_share": _share(trace["saturated"]),
+        "settle_time": None if settled is None else max(0.0, settled - push.start - push.duration),
         "trace_hash": trace_hash(trace.values, trace.channels),
     }
-    return row | _decided(row, result.decisions, push.start)
+    row |= {field.name: getattr(result.motors, field.name, None) for field in fields(MotorUse)}
+    if train:
+        return row | train_columns(result)
+    row |= {"delivered_impulse": push.delivered_impulse, "mid_step": _mid_step(result)}
+    return row | foretold(push, result.decisions)
 
 
-def _decided(row: Mapping[str, Any], decisions: Sequence[Mapping[str, Any]], start: float) -> dict[str, Any]:
-    """What the sets said when the regulator was given up; if it never was, at the end of the push."""
-    for decision in decisions:
-        if decision["time"] >= start - _ROUNDING and (decision["controller"] == "tracker" or decision["outside_all"]):
-            found = {
-                name: decision[name]
-                for name in ("regulator_slack", "tracking_slack", "in_regulator_set", "in_tracking_set")
-            }
-            # No step within reach is no set to be in.
-            if found["tracking_slack"] is None:
-                found["tracking_slack"] = -math.inf
-            return {f"{name}_decision": value for name, value in found.items()} | {
-                "outside_all": decision["outside_all"]
-            }
-    names = ("regulator_slack", "tracking_slack", "in_regulator_set", "in_tracking_set")
-    found = {f"{name}_decision": row[f"{name}_end"] for name in names}
-    inside = (row["in_regulator_set_end"], row["in_tracking_set_end"])
-    return found | {"outside_all": None if inside == (None, None) else not any(inside)}
-
-
-def _number(value: float | None) -> float | None:
-    return None if value is None or math.isnan(value) else float(value)
-
-
-def _peak(values: Array) -> float | None:
-    there = values[np.isfinite(values)]
-    return float(there.max()) if there.size else None
-
-
-def _share(values: Array) -> float | None:
-    there = values[np.isfinite(values)]
-    return float(np.mean(there > 0)) if there.size else None
+def _mid_step(result: EpisodeResult) -> bool | None:
+    tick = int(np.searchsorted(result.trace.time, result.pushes[-1].start - _ROUNDING))
+    if tick >= len(result.trace):
+        return None
+    return bool(result.trace["controller"][tick] == Controller.TRACKER.value)

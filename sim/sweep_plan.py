@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,22 +14,24 @@ from pydantic import ValidationError
 from controllers.gains import GainError
 from controllers.pendulum import Pendulum
 from models.errors import InputError
-from models.robot import Robot, load_robot
+from models.robot import Robot
 from scenarios.complaint import complaint
 from scenarios.library import check_against
 from scenarios.push import Push
 from scenarios.schema import Scenario
-from scenarios.suite import Random
-from scenarios.suite_library import LoadedSuite
+from scenarios.suite import Suite
+from scenarios.suite_drawn import Random
+from scenarios.suite_library import START, LoadedSuite
 from sim.brain import make_gain
+from sim.push_size import robot_named
+from sim.sweep_pushes import DIGITS, canonical, first_push, stream, train_pushes
 
 # Who answers the push does not change what is drawn: controllers are compared push by push.
 _WHO = ("world", "controller", "whole_body")
 _SCENARIO = ("robot", "world", "controller", "whole_body")
 _DISTURBANCE = ("mass_scale", "friction", "delay", "noise_position", "noise_velocity")
+_TABLES = ("train", "first")
 _PUSH = ("body", "direction", "delta_v", "impulse", "duration", "start", "height")
-# Digits of drawn values: micrometres and microseconds, and short to read.
-_DIGITS = 6
 # Sets what a replica draws apart from what else is drawn with the episode's seed.
 _STREAM = 2
 
@@ -45,7 +46,7 @@ class Episode:
         series: what adaptive series it belongs to; else its own name.
         seed: of the scenario.
         parameters: what was asked, as in the suite; one of delta_v and impulse, `direction` unless the base scenario
-            gives a vector.
+            gives a vector, but neither of a `train`, whose pushes differ; `first` if there is a push before it.
     """
 
     name: str
@@ -108,10 +109,10 @@ def plan(loaded: LoadedSuite) -> list[Series]:
 
 def suite_hash(loaded: LoadedSuite) -> str:
     """Of all that decides which episodes a suite has; two suites of one hash are the same."""
-    content = loaded.suite.model_dump(mode="json", exclude={"description", "scenario"})
+    content = loaded.suite.model_dump(mode="json", exclude={"description", "tuned_on", "scenario"})
     base = loaded.base.as_dict()
     del base["description"]
-    return hashlib.sha256(_canonical([content, base, dict(loaded.push)])).hexdigest()
+    return hashlib.sha256(canonical([content, base, dict(loaded.push)])).hexdigest()
 
 
 def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
@@ -121,10 +122,11 @@ def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
     always: dict[str, Any] = {name: getattr(base, name) for name in _SCENARIO}
     always |= {name: getattr(base.disturbance, name) for name in _DISTURBANCE}
     always |= {name: push.get(name, plain[name].default) for name in ("body", "duration", "height")}
-    always |= {"start": push.get("start", 1.0)}
+    always |= {"start": push.get("start", START)}
+    always |= _beside(suite)
     axes = suite.axes.given()
     drawn = {} if suite.random is None else suite.random.given()
-    for name in ("direction", "delta_v", "impulse"):
+    for name in ("direction", "delta_v", "impulse") if suite.train is None else ():
         given = {*axes, *drawn}
         if name in push and not (given & {"delta_v", "impulse"} if name != "direction" else name in given):
             always[name] = push[name]
@@ -136,13 +138,15 @@ def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
             yield from (chosen | _draw(suite.random, suite.seed, i) for i in range(suite.random.count))
 
 
+def _beside(suite: Suite) -> dict[str, Any]:
+    """The pushes that are not those of the axes: another train makes another episode."""
+    return {name: part.model_dump() for name in _TABLES if (part := getattr(suite, name)) is not None}
+
+
 def _draw(random: Random, seed: int, number: int) -> dict[str, float]:
     """The values of one drawn push, each from a stream of its own: another range changes no other value."""
-    values = {}
-    for name, (low, high) in random.given().items():
-        rng = np.random.default_rng(int.from_bytes(hashlib.sha256(_canonical([seed, number, name])).digest()[:8]))
-        values[name] = round(float(rng.uniform(low, high)), _DIGITS)
-    return values
+    spans = random.given().items()
+    return {name: round(float(stream(seed, number, name).uniform(*span)), DIGITS) for name, span in spans}
 
 
 def scenario_of(loaded: LoadedSuite, episode: Episode) -> Scenario:
@@ -155,35 +159,52 @@ def scenario_of(loaded: LoadedSuite, episode: Episode) -> Scenario:
     rng = np.random.default_rng([episode.seed, _STREAM])
     later, turned = rng.uniform(-1.0, 1.0, 2)
     push = dict(loaded.push)
-    if "direction" in parameters:
+    if "direction" in parameters or suite.train is not None:
         push.pop("vector", None)
-    if {"delta_v", "impulse"} & parameters.keys():
+        push.pop("direction", None)
+    if {"delta_v", "impulse"} & parameters.keys() or suite.train is not None:
         push.pop("delta_v", None)
         push.pop("impulse", None)
     push |= {name: parameters[name] for name in _PUSH if name in parameters}
     start = push["start"] + parameters["replica"] * replica.shift + replica.time * later
-    push["start"] = max(0.0, round(start, _DIGITS))
+    push["start"] = max(0.0, round(start, DIGITS))
     if "direction" in push:
-        push["direction"] = round(push["direction"] + replica.direction * turned, _DIGITS)
+        push["direction"] = round(push["direction"] + replica.direction * turned, DIGITS)
+    pushes = [push]
+    if suite.train is not None:
+        pushes = train_pushes(suite, push, parameters["replica"], _robot(loaded, parameters))
+    elif suite.first is not None:
+        pushes = [first_push(suite, push, parameters, _robot(loaded, parameters)), push]
     fields = loaded.base.as_dict() | {name: parameters[name] for name in _SCENARIO}
     fields["disturbance"] = {name: value for name in _DISTURBANCE if (value := parameters[name]) is not None}
     fields["variation"] = {"pose": replica.pose} if replica.pose is not None else fields["variation"]
     # The last row of a trace is one tick before the end, and it is that row which must be late enough.
-    end = push["start"] + push["duration"]
-    fields["duration"] = round(end + suite.after + 2 * loaded.base.timing.control, _DIGITS)
-    fields |= {"seed": episode.seed, "pushes": [push], "description": f"{loaded.name}: {suite.description}"}
-    robot = parameters["robot"]
-    if robot.endswith(".xml"):
-        fields["robot"] = str((loaded.path.parent / robot).resolve())
+    end = pushes[-1]["start"] + pushes[-1]["duration"]
+    fields["duration"] = round(end + suite.after + 2 * loaded.base.timing.control, DIGITS)
+    fields |= {"seed": episode.seed, "pushes": pushes, "description": f"{loaded.name}: {suite.description}"}
+    fields["robot"] = _robot_name(loaded, parameters)
     try:
         return Scenario.model_validate(fields)
     except ValidationError as error:
         raise InputError(f"{loaded.path}: {complaint(error)}") from None
 
 
+def _robot_name(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> str:
+    """As a scenario names it: a path is relative to the suite's file."""
+    name: str = parameters["robot"]
+    return str((loaded.path.parent / name).resolve()) if name.endswith(".xml") else name
+
+
+def _robot(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> Robot:
+    try:
+        return robot_named(_robot_name(loaded, parameters))
+    except InputError as error:
+        raise InputError(f"{loaded.path}: {error}") from None
+
+
 def _checker(loaded: LoadedSuite) -> Callable[[Episode], None]:
     """Checks whether parameters fit together and to their robot, once for each that matters to that."""
-    robots: dict[str, Robot] = {}
+    balanced: set[str] = set()
     known = set()
 
     def check(episode: Episode) -> None:
@@ -193,10 +214,11 @@ def _checker(loaded: LoadedSuite) -> Callable[[Episode], None]:
         known.add(key)
         scenario = scenario_of(loaded, episode)
         try:
-            if scenario.robot not in robots:
-                robots[scenario.robot] = robot = load_robot(scenario.robot)
+            robot = robot_named(scenario.robot)
+            if scenario.robot not in balanced:
+                balanced.add(scenario.robot)
                 make_gain(scenario, Pendulum(robot.omega, scenario.timing.control))
-            check_against(scenario, robots[scenario.robot])
+            check_against(scenario, robot)
         except (InputError, GainError) as error:
             raise InputError(f"{loaded.path}: {error}") from None
 
@@ -208,14 +230,10 @@ def _fitting(parameters: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     return ((name, parameters[name]) for name in (*_SCENARIO, "friction", "delay", "body", "height"))
 
 
-def _canonical(value: Any) -> bytes:
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
-
-
 def _hash(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> str:
-    return hashlib.sha256(_canonical([loaded.suite.seed, dict(parameters)])).hexdigest()[:12]
+    return hashlib.sha256(canonical([loaded.suite.seed, dict(parameters)])).hexdigest()[:12]
 
 
 def _seed(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> int:
-    digest = hashlib.sha256(_canonical([loaded.suite.seed, "seed", dict(parameters)])).digest()
+    digest = hashlib.sha256(canonical([loaded.suite.seed, "seed", dict(parameters)])).digest()
     return int.from_bytes(digest[:4])

@@ -113,14 +113,17 @@ def prepare(loaded: LoadedSuite, folder: Path) -> None:
 
 def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) -> None:
     """Write `sweep.json`: whose folder it is, with the versions that began it."""
-    path = folder / results.SWEEP
+    path, suite = folder / results.SWEEP, loaded.suite
     begun = results.read_sweep(folder) if path.exists() else {"versions": versions(), "commit": commit()}
     content = {
         "name": loaded.name,
-        "description": loaded.suite.description,
+        "description": suite.description,
+        "tuned_on": suite.tuned_on,
+        "train": None if suite.train is None else suite.train.model_dump(),
+        "first": None if suite.first is None else suite.first.model_dump(),
         "suite_hash": suite_hash(loaded),
-        "seed": loaded.suite.seed,
-        "robot": sorted(loaded.suite.axes.robot or (loaded.base.robot,)),
+        "seed": suite.seed,
+        "robot": sorted(suite.axes.robot or (loaded.base.robot,)),
         "versions": begun["versions"],
         "commit": begun["commit"],
         "planned": planned,

@@ -11,6 +11,8 @@ from scenarios.suite_library import load_suite, shipped
 
 PLAIN = 'description = "x"\n'
 SMALL = "[axes]\ndirection = [0]\ndelta_v = [0.1]\n"
+TRAIN = "[train]\ncount = 3\ninterval = 1.0\nfirst = 0.5\ngrowth = 0.1 # of omega d\n"
+FIRST = "[first]\nsize = 1.2\ngap = 0.25\n"
 
 
 def written(folder: Path, text: str) -> Path:
@@ -20,9 +22,14 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_suites_that_ship() -> None:
-    assert set(shipped()) == {"trunk_push", "cog_push", "smoke", "disturbed", "truth"}
+    assert set(shipped()) == {"trunk_push", "cog_push", "smoke", "disturbed", "truth", "endurance", "second_push"}
     for name in shipped():
-        assert load_suite(name).name == name
+        loaded = load_suite(name)
+        assert loaded.name == name
+        # Whoever tunes, tunes on others: the seed is below 1000, the directions whole eighths of a turn.
+        assert "held out" in (loaded.suite.tuned_on or "")
+        assert loaded.suite.seed < 1000
+        assert all(direction % 45 == 0 for direction in loaded.suite.axes.direction or ())
 
 
 def test_trunk_push_is_the_protocol() -> None:
@@ -45,6 +52,38 @@ def test_truth_is_1000_pushes_on_both_worlds() -> None:
     assert suite.random.count == 1000
     assert set(suite.random.given()) == {"direction", "delta_v", "duration", "height", "start"}
     assert suite.axes.world == ("humanoid", "pendulum")
+
+
+def test_truth_reaches_beyond_the_envelope() -> None:
+    suite = load_suite("truth").suite
+    assert suite.random is not None
+    assert suite.random.delta_v == (0.02, 1.2)
+
+
+def test_endurance_is_the_protocol() -> None:
+    suite = load_suite("endurance").suite
+    assert suite.train is not None
+    assert (suite.train.count, suite.train.interval, suite.train.direction) == (40, 3.0, (0.0, 360.0))
+    # Push n, counted from 1, is of 0.5 + 0.1 (n - 1) omega d.
+    assert [suite.train.size(n - 1) for n in (1, 2, 40)] == pytest.approx([0.5, 0.6, 4.4])
+    assert (suite.axes.body, suite.axes.duration) == (("trunk",), (0.1,))
+    assert suite.axes.controller == ("supervisor", "regulator", "statue")
+    assert suite.replicas >= 15
+
+
+def test_second_push_is_trunk_push_after_another() -> None:
+    suite, alone = load_suite("second_push").suite, load_suite("trunk_push").suite
+    assert suite.first is not None
+    assert (suite.first.size, suite.first.gap, suite.first.duration) == (1.2, 0.25, 0.1)
+    start = suite.axes.start
+    assert start is not None
+    assert start[0] - suite.first.gap - suite.first.duration == pytest.approx(1.0)
+    assert suite.axes == alone.axes.model_copy(update={"start": start})
+    assert (suite.replicas, suite.replica, suite.adaptive) == (alone.replicas, alone.replica, alone.adaptive)
+
+
+def test_train_gives_direction_and_size(tmp_path: Path) -> None:
+    assert load_suite(written(tmp_path, PLAIN + TRAIN)).suite.episodes == 1
 
 
 def test_range_counts_in_decimals(tmp_path: Path) -> None:
@@ -79,7 +118,7 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
             PLAIN + "[axes]\ndelta_w = [1]\n",
             "axes.delta_w: unknown field; did you mean 'delta_v'?; allowed: robot, world",
         ),
-        (PLAIN + "[axs]\n", "axs: unknown field; did you mean 'axes'?; allowed: description, scenario, axes"),
+        (PLAIN + "[axs]\n", "axs: unknown field; did you mean 'axes'?; allowed: description, tuned_on, scenario, axes"),
         (
             PLAIN + "[axes]\ndirection = []\ndelta_v = [0.1]\n",
             "axes.direction: [] has 0 entries; it must have at least 1",
@@ -108,6 +147,37 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
             PLAIN + 'scenario = "push_left"\nadaptive = { stop_after = 1 }\n',
             "adaptive: needs an axis delta_v or impulse",
         ),
+        (
+            PLAIN + TRAIN.replace("growth", "grwth"),
+            "train.grwth: unknown field; did you mean 'growth'?; allowed: count",
+        ),
+        (PLAIN + TRAIN.replace("interval = 1.0", ""), "train.interval: is missing; it must be given"),
+        (PLAIN + TRAIN.replace("count = 3", "count = 1"), "train.count: 1 is not allowed; it must be >= 2"),
+        (PLAIN + TRAIN.replace("first = 0.5", "first = 0"), "train.first: 0 is not allowed; it must be > 0"),
+        (PLAIN + TRAIN.replace("0.1 #", "-0.1 #"), "train.growth: -0.1 is not allowed; it must be >= 0"),
+        (PLAIN + TRAIN + "direction = [9, 1]\n", "train.direction: [9, 1] must be [lowest, highest]"),
+        (PLAIN + TRAIN + "[axes]\ndirection = [0]\n", "axes.direction: the train draws its own"),
+        (PLAIN + TRAIN + "[axes]\nimpulse = [1]\n", "axes.impulse: the train draws its own"),
+        (PLAIN + TRAIN + "[random]\ncount = 2\n", "random: does not go with a train"),
+        (PLAIN + TRAIN + FIRST, "first: does not go with a train"),
+        (PLAIN + TRAIN + "[adaptive]\nstop_after = 1\n", "adaptive: does not go with a train"),
+        (PLAIN + TRAIN + "[replica]\ndirection = 5.0\n", "replica.direction: the train's directions are drawn"),
+        (
+            PLAIN + TRAIN + "[axes]\nduration = [0.1, 1.0]\n",
+            "train.interval: 1.0 s must be longer than a push, 1 s, and a control period, 0.002 s",
+        ),
+        (PLAIN + SMALL + FIRST.replace("gap", "gaps"), "first.gaps: unknown field; did you mean 'gap'?"),
+        (PLAIN + SMALL + FIRST.replace("1.2", "0"), "first.size: 0 is not allowed; it must be > 0"),
+        (PLAIN + SMALL + FIRST.replace("0.25", "0.002"), "first.gap: 0.002 s must be longer than the control period"),
+        (
+            PLAIN + SMALL + "start = [2.0, 0.3]\n" + FIRST,
+            "axes.start: 0.3 s is too early; the first push begins 0.35 s before it",
+        ),
+        (
+            PLAIN + SMALL + "start = [0.4]\n[replica]\ntime = 0.1\n" + FIRST,
+            "axes.start: 0.3 s is too early; the first push begins 0.35 s before it",
+        ),
+        (PLAIN + 'tuned_on = "a\\nb"\n' + SMALL, "tuned_on: 'a\\nb' is not one line of text"),
         ("description = ", "not a TOML file"),
         ("", "description: is missing"),
     ],

@@ -46,6 +46,48 @@ direction = [180]
 delta_v = [0.35]
 start = [0.2]
 """
+TRAIN = """
+description = "growing pushes on the pendulum"
+replicas = 2
+
+[axes]
+world = ["pendulum"]
+controller = ["supervisor", "regulator", "statue"]
+start = [0.2]
+
+[train]
+count = 5
+interval = 1.5
+first = 0.5
+growth = 0.4
+
+# Coarse, for the tests' time.
+[scenario.timing]
+physics = 0.005
+control = 0.01
+"""
+SECOND = """
+description = "pushes on the pendulum that is still recovering"
+replicas = 2
+
+[axes]
+world = ["pendulum"]
+controller = ["supervisor", "statue"]
+direction = [0]
+delta_v = [0.1, 0.2]
+start = [0.6]
+
+[first]
+size = 1.6
+gap = 0.1
+
+[replica]
+direction = 5.0
+
+[scenario.timing]
+physics = 0.005
+control = 0.01
+"""
 
 
 class Counting(ThreadPoolExecutor):
