@@ -40,7 +40,8 @@ class StepSets:
 
     All states are DCMs [m] seen from the stance foot (its middle the origin, its heading the x axis), and so are swing
     feet and footholds. All feet keep one heading. "Exactly N steps" means N landings, the last of them in the
-    regulator's set; a set of N steps need not hold that of fewer.
+    regulator's set; a set of N steps need not hold that of fewer. A swing foot that cannot get into its reach in time
+    lands at the nearest point; that further steps follow is then promised only if it can swing on from there in time.
 
     Attributes:
         pendulum: model and period.

@@ -30,8 +30,8 @@ from controllers.support import SupportPolygon
 from models.arena import SIDES
 from models.robot import Side, other
 
-# Halvings of the search for the largest error: a billionth of the one asked for.
-_HALVINGS = 30
+# Halvings of the search for the largest error: a millionth of the one asked for.
+_HALVINGS = 20
 # Relative: offsets of an erosion by nothing but rounding must not count as cut off.
 _ROUNDING = 1e-13
 
