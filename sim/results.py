@@ -15,6 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from models.errors import InputError
+from sim.seal import BLANK, is_sealed, is_sound, seal
 
 RESULTS = "results.parquet"
 """All rows of a finished sweep."""
@@ -181,19 +182,23 @@ def read_file(path: Path) -> pa.Table:
         ResultsError: if it is missing, damaged or not a table of a sweep; one line that says what to do.
     """
     try:
-        table = pq.read_table(pa.BufferReader(path.read_bytes()), page_checksum_verification=True)
+        content = path.read_bytes()
     except OSError as error:
-        if error.errno is not None:
-            raise ResultsError(f"{path}: cannot be read: {error.strerror}") from None
-        raise _damaged(path, error) from None
-    except pa.ArrowException as error:
+        raise ResultsError(f"{path}: cannot be read: {error.strerror}") from None
+    if is_sealed(content) and not is_sound(content):
+        raise _damaged(path, "its checksum is wrong")
+    try:
+        table = pq.read_table(pa.BufferReader(content), page_checksum_verification=True)
+    except (OSError, pa.ArrowException) as error:
         raise _damaged(path, error) from None
     if table.schema.names != SCHEMA.names or table.schema.types != SCHEMA.types:
         raise ResultsError(f"{path}: not a table of a sweep of this version of Okiagari; move it out of the folder")
-    return table
+    if not is_sealed(content):
+        raise _damaged(path, "it has no checksum")
+    return table.replace_schema_metadata(SCHEMA.metadata)
 
 
-def _damaged(path: Path, error: BaseException) -> ResultsError:
+def _damaged(path: Path, error: object) -> ResultsError:
     why = " ".join(str(error).split()).rstrip(".")
     then = f"makes it anew from {ROWS}" if path.name == RESULTS else "runs its episodes anew and no others"
     return ResultsError(f"{path}: damaged: {why}; delete it and repeat the sweep, which {then}")
@@ -259,8 +264,9 @@ def write_table(table: pa.Table, path: Path) -> None:
         ResultsError: if it cannot be written, for instance because the disk is full.
     """
     sink = pa.BufferOutputStream()
-    pq.write_table(table, sink, compression="zstd", write_page_checksum=True)
-    write_bytes(sink.getvalue(), path)
+    blank = table.replace_schema_metadata({**(table.schema.metadata or {}), b"seal": BLANK.encode()})
+    pq.write_table(blank, sink, compression="zstd", write_page_checksum=True)
+    write_bytes(seal(sink.getvalue().to_pybytes()), path)
 
 
 def write_bytes(content: Any, path: Path) -> None:

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -98,6 +99,25 @@ def bit_flipped(path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[len(content) // 5] ^= 1
     path.write_bytes(content)
+
+
+def test_no_bit_of_a_file_can_change_unnoticed(whole: pa.Table, tmp_path: Path) -> None:
+    path = tmp_path / "row.parquet"
+    results.write_table(whole.slice(0, 1), path)
+    sound = path.read_bytes()
+    assert results.read_file(path).equals(whole.slice(0, 1))
+    rng = np.random.default_rng(0)
+    # What is not a page, at the end, is where most of a small file is; the seal's own place is in there, too.
+    places = [*rng.integers(len(sound), size=200).tolist(), *range(len(sound) - 400, len(sound), 3)]
+    seal = sound.index(b"okiagari-sha256:")
+    for at in [*places, *range(seal - 2, seal + 82)]:
+        flipped = bytearray(sound)
+        flipped[at] ^= 1 << int(rng.integers(8))
+        path.write_bytes(flipped)
+        with pytest.raises(InputError) as caught:
+            results.read_file(path)
+        assert str(caught.value).startswith(f"{path}: ")
+        assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("harm", [halved, bit_flipped])
