@@ -13,6 +13,7 @@ from sim.results import PARAMETERS, read_sweep, write_bytes
 from sim.statistics import Row, grouped, recovered
 from sim.summary import is_finished, load_rows
 from sim.thresholds import thresholds
+from sim.train import SURVIVED
 
 _KIND = "okiagari baseline"
 _VERSION = 1
@@ -39,7 +40,7 @@ class Baseline:
         robots: who was pushed.
         versions: of Python and the libraries.
         commit: of Okiagari.
-        rows: episodes with name, seed, parameters and outcome.
+        rows: episodes with name, seed, parameters, outcome, and how many pushes of a train were survived.
     """
 
     suite: str
@@ -67,7 +68,7 @@ def of_sweep(folder: Path) -> Baseline:
         robots=tuple(name for (name,) in grouped(rows, ["robot"])),
         versions=sweep.get("versions") or {},
         commit=str(sweep.get("commit")),
-        rows=[{name: row[name] for name in _COLUMNS} for row in rows],
+        rows=[{name: row[name] for name in (*_COLUMNS, SURVIVED)} for row in rows],
     )
 
 
@@ -99,7 +100,7 @@ def read_baseline(path: Path) -> Baseline:
     if not isinstance(content, dict) or content.get("kind") != _KIND or content.get("version") != _VERSION:
         raise BaselineError(f"{path}: not a baseline of this version of Okiagari; make one with 'okiagari baseline'")
     try:
-        rows = [content["parameters"] | one for one in content["episodes"]]
+        rows = [{SURVIVED: None} | content["parameters"] | one for one in content["episodes"]]
         lacking = [name for row in rows for name in _COLUMNS if name not in row]
         baseline = Baseline(
             suite=content["suite"],
@@ -136,13 +137,15 @@ def _text(baseline: Baseline) -> str:
     rows = baseline.rows
     constant = {name: rows[0][name] for name in _PARAMETERS if len(grouped(rows, [name])) == 1}
     ordered = [row for same in grouped(rows, [*_PARAMETERS, "episode"]).values() for row in same]
+    trains = any(row[SURVIVED] is not None for row in rows)
+    written = (*_COLUMNS, SURVIVED) if trains else _COLUMNS
     content: dict[str, Any] = {"kind": _KIND, "version": _VERSION}
     content |= {name: getattr(baseline, name) for name in _HEADER}
     content |= {
         "recovered": f"{sum(map(recovered, rows))} of {len(rows)}",
         "parameters": constant,
         "thresholds": _thresholds(rows),
-        "episodes": [{name: row[name] for name in _COLUMNS if name not in constant} for row in ordered],
+        "episodes": [{name: row[name] for name in written if name not in constant} for row in ordered],
     }
     lines = []
     for name, value in content.items():

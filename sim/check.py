@@ -10,8 +10,9 @@ from typing import Any
 
 from models.errors import InputError
 from sim.baseline import Baseline
-from sim.statistics import ALPHA, Row, grouped, paired_p, recovered
+from sim.statistics import ALPHA, Row, grouped, number, paired_p, recovered
 from sim.thresholds import CASE_COLUMNS, Threshold, thresholds
+from sim.train import SURVIVED, score
 
 _SERIES = ("controller", "direction_deg", *CASE_COLUMNS)
 
@@ -40,7 +41,9 @@ class Comparison:
 
     Attributes:
         pairs: episodes that were compared.
-        before, after: how many of them were recovered in the baseline and now.
+        trains: whether they are trains of pushes; then a train that survives fewer pushes is lost, one that survives
+            more is gained.
+        before, after: how many of them were recovered in the baseline and now; of trains, how many pushes.
         lost: episodes that were recovered and no longer are, weakest push first.
         unreached: of these, names of the ones that were not run again since the adaptive series ended before them.
         gained: episodes that were not recovered and now are.
@@ -51,6 +54,7 @@ class Comparison:
     """
 
     pairs: int
+    trains: bool
     before: int
     after: int
     lost: Sequence[Row]
@@ -60,6 +64,13 @@ class Comparison:
     shifts: Sequence[Shift]
     unpaired: int
     versions: Mapping[str, tuple[str, str]]
+
+    @property
+    def counts(self) -> str:
+        """How many there were then and now, in words."""
+        if self.trains:
+            return f"{self.before} pushes survived then, {self.after} now, in {self.pairs} trains"
+        return f"{self.before} of {self.pairs} recovered then, {self.after} now"
 
     @property
     def worse_overall(self) -> bool:
@@ -101,21 +112,22 @@ def compare(baseline: Baseline, now: Baseline) -> Comparison:
         if name not in old and not beyond_old.explain(row):
             unpaired += 1
             continue
-        was, is_now = name in old and recovered(old[name]), name in new and recovered(new[name])
+        was, is_now = (score(one[name]) if name in one else 0 for one in (old, new))
         pairs, before, after = pairs + 1, before + was, after + is_now
-        if was and not is_now:
+        if was > is_now:
             lost.append(row)
             if name not in new:
                 unreached.add(name)
-        elif is_now and not was:
+        elif is_now > was:
             gained.append(row)
     if not old.keys() & new.keys():
         raise NotComparable("no episode of the baseline was run now: seed or axes of the suite have changed")
     return Comparison(
         pairs=pairs,
+        trains=any(row[SURVIVED] is not None for row in (*baseline.rows, *now.rows)),
         before=before,
         after=after,
-        lost=sorted(lost, key=lambda row: (float(row["delta_v"]), str(row["episode"]))),
+        lost=sorted(lost, key=lambda row: (_size(row), str(row["episode"]))),
         unreached=frozenset(unreached),
         gained=gained,
         p=paired_p(len(lost), len(gained)),
@@ -127,10 +139,9 @@ def compare(baseline: Baseline, now: Baseline) -> Comparison:
 
 def describe(row: Row) -> str:
     """An episode in words."""
-    return (
-        f"episode {row['episode']} ({row['controller']}, {row['direction_deg']:.4g}°, {row['delta_v']:.4g} m/s, "
-        f"replica {row['replica']})"
-    )
+    # A train is of many directions and sizes.
+    push = "" if row["delta_v"] is None else f"{row['direction_deg']:.4g}°, {row['delta_v']:.4g} m/s, "
+    return f"episode {row['episode']} ({row['controller']}, {push}replica {row['replica']})"
 
 
 def replay_command(folder: Path, row: Row) -> str:
@@ -162,6 +173,8 @@ class _Ends:
 
     def explain(self, row: Row) -> bool:
         """Whether an episode was not run because its series had ended in failure before it."""
+        if row["delta_v"] is None:
+            return False  # trains are no series
         (key,) = grouped([row], _SERIES)
         last = self._last.get(key)
         return last is not None and not recovered(last) and _rank(row) > _rank(last)
@@ -169,7 +182,11 @@ class _Ends:
 
 def _rank(row: Row) -> tuple[float, int]:
     """The place of an episode in its series, which goes upward, all replicas of a level before the next."""
-    return float(row["delta_v"]), int(row["replica"])
+    return _size(row), int(row["replica"])
+
+
+def _size(row: Row) -> float:
+    return number(row["delta_v"]) or 0.0
 
 
 def _shifts(old: Sequence[Row], new: Sequence[Row]) -> list[Shift]:

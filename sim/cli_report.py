@@ -107,9 +107,8 @@ def _print(result: Comparison, then: Baseline, folder: Path) -> None:
     console = Console(highlight=False, soft_wrap=True)
     colour, verdict = ("red", "worse") if result.worse else ("green", "not worse")
     console.print(
-        f"[bold {colour}]{verdict}[/] than the baseline of {then.commit[:12]}: {result.before} of {result.pairs} "
-        f"recovered then, {result.after} now; {len(result.lost)} lost, {len(result.gained)} gained, "
-        f"exact McNemar p = {result.p:.3g}"
+        f"[bold {colour}]{verdict}[/] than the baseline of {then.commit[:12]}: {result.counts}; "
+        f"{len(result.lost)} lost, {len(result.gained)} gained, exact McNemar p = {result.p:.3g}"
     )
     for name, (before, after) in result.versions.items():
         console.print(f"  {name} {before} then, {after} now")
@@ -123,7 +122,7 @@ def _print(result: Comparison, then: Baseline, folder: Path) -> None:
             f"{shift.before.delta_v:g} m/s then, {one.delta_v:g} m/s now{mark}"
         )
     if result.lost:
-        console.print("no longer recovered:")
+        console.print("fewer pushes survived:" if result.trains else "no longer recovered:")
     for row in result.lost:
         if row["episode"] in result.unreached:
             console.print(f"  {describe(row)}: not run again, its series had failed before it")

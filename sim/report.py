@@ -16,6 +16,7 @@ from sim.baseline import of_sweep, read_baseline
 from sim.check import Comparison, compare, describe, replay_command
 from sim.push_limits import PushLimit, push_limits
 from sim.report_charts import heat_map, rate_curves, slack_plot
+from sim.report_endurance import survival_curves
 from sim.report_envelope import envelope
 from sim.report_failures import Failure, Strip, film_strip, law_words, worst_failures
 from sim.report_style import COLOURS, Picture
@@ -24,9 +25,11 @@ from sim.statistics import Rate, Row, grouped
 from sim.summary import load_rows, summarise
 from sim.summary_table import FEW, cases, condensed, ordered
 from sim.thresholds import Threshold, thresholds
+from sim.train import each_push
 
 REPORT = "report.html"
 _TEMPLATE = "report_template.html"
+_HOLES = 40  # shown at most
 _MOMENTS = {"end": "at the end of the push", "decision": "when deciding"}
 
 
@@ -65,7 +68,7 @@ def write_report(
     comparison = None if baseline is None else compare(read_baseline(baseline), of_sweep(folder))
     rows, sweep = load_rows(folder), read_sweep(folder)
     shown = []
-    for i, failure in enumerate(worst_failures(rows, failures)):
+    for i, failure in enumerate(worst_failures(each_push(rows), failures)):
         shown.append(_shown(folder, failure, film_strip(failure.row)))
         if progress is not None:
             progress((i + 1) / (failures + 1))
@@ -89,6 +92,7 @@ def render(
 ) -> str:
     """The page."""
     summary = summarise(rows, sweep)
+    pushes = each_push(rows)
     for section in ("regions", "scores"):
         for one in summary["truth"][section]:
             one["group"] = f"{one['world']}, {one['controller']}, {_MOMENTS[one['moment']]}"
@@ -107,6 +111,9 @@ def render(
         "fraction": wording.fraction,
         "case": wording.case_words,
         "value": wording.value_words,
+        "median": wording.median_words,
+        "quartiles": wording.quartile_words,
+        "motor_lines": wording.motor_lines,
     }
     environment.globals["fixed"] = wording.fixed
     return environment.get_template(_TEMPLATE).render(
@@ -120,12 +127,17 @@ def render(
         by_case=condensed(summary),
         few=len(cases(summary)) <= FEW,
         envelopes=_envelopes(robust, limits) if len(cases(summary)) <= FEW else [],
+        what="pushes" if summary["train"] else "episodes",
+        first=None if summary["first"] is None else wording.first_words(summary["first"]),
+        motor_episodes=wording.motor_episodes(summary),
+        survival=survival_curves(summary["endurance"], summary["train"]) if summary["endurance"] else [],
+        holes=summary["holes"][:_HOLES],
         heat_maps=_heat_maps(summary, robust),
         curves=rate_curves(_curves(rows, robust, summary)),
         rates=_rate_table(summary),
         direction_rates=_direction_rates(summary),
         slack_plots=[
-            slack_plot(world, [row for row in rows if row["world"] == world], section)
+            slack_plot(world, [row for row in pushes if row["world"] == world], section)
             for world, section in summary["truth"]["slack"].items()
             if section["n"]
         ],

@@ -77,13 +77,13 @@ def worst_failures(rows: Sequence[Row], count: int) -> list[Failure]:
         Failure(row=row, why=f"Predicted safe, with {1e3 * (signed_slack(row) or 0.0):.1f} mm of slack, and lost")
         for row in safe
     ]
-    taken: dict[tuple[float, float], Failure] = {}
+    taken: dict[tuple[float | None, float | None], Failure] = {}
     queues = [crashed, weakest, surprises]
     while any(queues) and len(taken) < count:
         for queue in queues:
             while queue:
                 failure = queue.pop(0)
-                key = (float(failure.row["direction_deg"]), float(failure.row["delta_v"]))
+                key = (number(failure.row["direction_deg"]), number(failure.row["delta_v"]))
                 if key not in taken and len(taken) < count:
                     taken[key] = failure
                     break
@@ -101,7 +101,11 @@ def _size(row: Row) -> str:
 
 
 def film_strip(row: Row) -> Strip:
-    """Run an episode of a sweep's table again and take frames of it from the push to the fall."""
+    """Run an episode of a sweep's table again and take frames of it from its pushes to the fall.
+
+    Args:
+        row: of the table, or of one push of a train (see `each_push`).
+    """
     note = missing_renderer()
     if note is not None:
         return Strip(frames=(), note=note)
@@ -110,7 +114,10 @@ def film_strip(row: Row) -> Strip:
     scenario = Scenario.model_validate(json.loads(row["scenario"]))
     try:
         result = run_episode(scenario, polygons=False)
-        frames = _frames(result.trace, result.outcome.time_of_fall)
+        # Of a train, the push that the row is of; else also the push before the one that was asked for.
+        train, pushes = row["train"] is not None, scenario.pushes
+        start = float(row["push_start"]) if train else pushes[-1].start
+        frames = _frames(result.trace, start, start if train else pushes[0].start, result.outcome.time_of_fall)
     except OkiagariError as error:
         return Strip(frames=(), note=str(error))
     outcome = result.outcome.result.value
@@ -119,12 +126,10 @@ def film_strip(row: Row) -> Strip:
     return Strip(frames=tuple(frames), note=None if same else words)
 
 
-def _frames(trace: Trace, fall: float | None) -> list[tuple[float, str]]:
-    pushed = trace.metadata["scenario"]["pushes"]
-    start = float(pushed[0]["start"]) if pushed else 0.0
+def _frames(trace: Trace, start: float, begin: float, fall: float | None) -> list[tuple[float, str]]:
     time = trace.time
     end = min(last_push_end(trace.metadata["scenario"]) + _LONGEST if fall is None else fall + _AFTER, float(time[-1]))
-    first, last = np.searchsorted(time, [start - _BEFORE, end])
+    first, last = np.searchsorted(time, [begin - _BEFORE, end])
     part = trace.values[first : last + 1]
     shown = Trace(values=part, units=trace.units, metadata=trace.metadata)
     rate = (FRAMES - 1) / float(shown.time[-1] - shown.time[0])

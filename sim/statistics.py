@@ -7,6 +7,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from statsmodels.stats.contingency_tables import mcnemar
 from statsmodels.stats.proportion import proportion_confint
 
@@ -74,6 +75,26 @@ def paired_p(lost: int, gained: int) -> float:
         return 1.0
     # Pairs that agree do not enter the exact test.
     return float(mcnemar([[0, lost], [gained, 0]], exact=True).pvalue)
+
+
+_RESAMPLES = 10_000
+
+
+def spread(values: Sequence[float]) -> dict[str, Any]:
+    """Median, quartiles, and 95 % bootstrap interval of the median (percentiles of resampled medians).
+
+    The same values in whatever order have the same interval.
+    """
+    sample = np.sort(np.asarray(values, dtype=np.float64))
+    picked = np.random.default_rng(0).integers(sample.size, size=(_RESAMPLES, sample.size))
+    medians = np.median(sample[picked], axis=1)
+    low, high = np.quantile(medians, [0.5 * ALPHA, 1.0 - 0.5 * ALPHA])
+    quartiles = np.quantile(sample, [0.25, 0.75])
+    return {
+        "median": float(np.median(sample)),
+        "quartiles": quartiles.tolist(),
+        "interval": [float(low), float(high)],
+    }
 
 
 def recovered(row: Row) -> bool:

@@ -10,10 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from sim.endurance import endurance
+from sim.holes import holes
+from sim.motor_summary import motor_use
 from sim.push_limits import push_limits
 from sim.results import read_results, read_sweep, write_bytes
 from sim.statistics import Row, grouped, number, rate_of, recovered
 from sim.thresholds import CASE_COLUMNS, Threshold, thresholds, varying
+from sim.train import each_push
 from sim.truth import sector, truth
 
 SUMMARY = "summary.json"
@@ -44,6 +48,8 @@ def is_finished(rows: Sequence[Row], sweep: dict[str, Any]) -> bool:
 def summarise(rows: Sequence[Row], sweep: dict[str, Any]) -> dict[str, Any]:
     """All that is concluded from a sweep, of JSON types.
 
+    Of a train, every push is an episode of `rates` and `truth`.
+
     Means over thresholds of which `robust_capped` are not none are lower bounds: the suite held no harder pushes.
 
     Args:
@@ -52,7 +58,9 @@ def summarise(rows: Sequence[Row], sweep: dict[str, Any]) -> dict[str, Any]:
     """
     robust = thresholds(rows)
     names = sorted({one.controller for one in robust})
-    facts = {name: sweep.get(name) for name in ("name", "description", "suite_hash", "seed", "planned")}
+    found_holes = holes(rows, robust)
+    pushes = each_push(rows)
+    facts = {name: sweep.get(name) for name in _FACTS}
     summary = {
         "suite": facts.pop("name"),
         **facts,
@@ -65,9 +73,15 @@ def summarise(rows: Sequence[Row], sweep: dict[str, Any]) -> dict[str, Any]:
         "robust": [one.as_dict() for one in robust],
         **{f"robust_{how}_{scale}": _condense(robust, how, scale) for how in ("mean", "worst") for scale in _SCALES},
         "robust_capped": {name: sum(o.capped for o in robust if o.controller == name) for name in names},
+        "robust_worst_direction": _worst_directions(robust),
+        "holes": found_holes,
+        "hole_counts": {name: sum(hole["controller"] == name for hole in found_holes) for name in names},
         "limits": [limit.as_dict() for limit in (push_limits(rows) if robust else [])],
-        "rates": list(_rates(rows)),
-        "truth": truth(rows),
+        "first": _first(rows, sweep.get("first")),
+        "endurance": endurance(rows),
+        "rates": list(_rates(pushes)),
+        "truth": truth(pushes),
+        "motors": motor_use(rows),
     }
     # As a reader of the file will see it: tuples are lists, and nothing is infinite.
     result: dict[str, Any] = json.loads(json.dumps(summary, allow_nan=False))
@@ -92,6 +106,7 @@ def print_summary(summary: dict[str, Any]) -> None:
     show(summary)
 
 
+_FACTS = ("name", "description", "tuned_on", "suite_hash", "seed", "planned", "train")
 _SCALES = ("over_omega_d", "over_sqrt_gh", "delta_v")
 
 
@@ -105,6 +120,33 @@ def _condense(robust: list[Threshold], how: str, scale: str) -> dict[str, float]
     return {name: float(np.mean(found)) if how == "mean" else min(found) for name, found in values.items()}
 
 
+def _worst_directions(robust: list[Threshold]) -> dict[str, float]:
+    """Controller -> direction of its least threshold in units of omega d [deg], over all cases."""
+    worst: dict[str, Threshold] = {}
+    for one in robust:
+        if one.over_omega_d is not None:
+            least = worst.setdefault(one.controller, one)
+            if one.over_omega_d < (least.over_omega_d or 0.0):
+                worst[one.controller] = one
+    return {name: one.direction_deg for name, one in worst.items()}
+
+
+def _first(rows: Sequence[Row], first: dict[str, Any] | None) -> dict[str, Any] | None:
+    """The push before the one that is asked for: as the suite has it, where to, and who was mid-step after it."""
+    if first is None:
+        return None
+    ways = [way for (way,) in grouped(rows, ["first_direction_deg"]) if way is not None]
+    reached = [row for row in rows if row.get("mid_step") is not None]
+    return {
+        **first,
+        "directions_deg": ways if len(ways) <= _MOST_VALUES else None,
+        "mid_step": {
+            name: rate_of(bool(row["mid_step"]) for row in members).as_dict()
+            for (name,), members in grouped(reached, ["controller"]).items()
+        },
+    }
+
+
 def _rates(rows: Sequence[Row]) -> Iterator[dict[str, Any]]:
     columns = ["direction_deg", "delta_v", *varying(rows)]
     labelled = _labelled(rows, columns)
@@ -112,7 +154,9 @@ def _rates(rows: Sequence[Row]) -> Iterator[dict[str, Any]]:
     levels += [["controller", name] for name in columns]
     levels += [["controller", name, "direction_deg"] for name in varying(rows)]
     for by in levels:
-        for values, members in grouped(labelled, by).items():
+        # A train that crashed has neither direction nor size.
+        known = [row for row in labelled if all(row[name] is not None for name in by if name in columns[:2])]
+        for values, members in grouped(known, by).items():
             counts = Counter(str(row["outcome"]) for row in members)
             yield {
                 "by": dict(zip(by, values, strict=True)),

@@ -10,7 +10,17 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from sim.wording import case_words, fixed, fraction, percent
+from sim.wording import (
+    case_words,
+    first_words,
+    fixed,
+    fraction,
+    median_words,
+    motor_episodes,
+    motor_lines,
+    percent,
+    quartile_words,
+)
 
 _LEGEND = """Δv [m/s]: every push up to it is recovered in 4 of 5 replicas, ≥ if the suite
 has none larger; ever: the largest ever recovered; Δv/ωd = 1: the no-step limit"""
@@ -43,9 +53,16 @@ def show(summary: dict[str, Any]) -> None:
         console.print(_by_case(summary))
     if summary["robust"]:
         console.print(_LEGEND, style="dim", markup=False)
+        console.print(_envelope(summary))
+    if summary["first"] is not None:
+        console.print(first_words(summary["first"]), style="dim", markup=False)
+    if summary["endurance"]:
+        console.print(_endurance(summary))
     console.print(_rates(summary))
     if summary["truth"]["false_safe"]:
         console.print(_truth(summary))
+    if summary["motors"]:
+        console.print(_motors(summary))
 
 
 def _table(title: str) -> Table:
@@ -78,6 +95,57 @@ def _thresholds(summary: dict[str, Any], case: dict[str, Any]) -> Table:
             cells += [fixed(condense([entry["delta_v"] for entry in own]), capped=bound), ""]
             cells += [fixed(condense(scaled) if scaled else None, capped=bound)]
         table.add_row(how, *cells, style="bold")
+    return table
+
+
+def _envelope(summary: dict[str, Any]) -> Table:
+    """Means, the worst direction, and holes, over all cases."""
+    table = _table("over the directions; holes: lost below 75 % of the direction's threshold")
+    table.add_column("controller")
+    for heading in ("mean Δv/ωd", "worst", "at", "mean Δv/√gh", "worst", "holes"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name in ordered(summary["hole_counts"]):
+        bound = summary["robust_capped"][name] > 0
+        where = summary["robust_worst_direction"].get(name)
+        table.add_row(
+            name,
+            fixed(summary["robust_mean_over_omega_d"].get(name), capped=bound),
+            fixed(summary["robust_worst_over_omega_d"].get(name)),
+            "" if where is None else f"{where:g}°",
+            fixed(summary["robust_mean_over_sqrt_gh"].get(name), 3, capped=bound),
+            fixed(summary["robust_worst_over_sqrt_gh"].get(name), 3),
+            str(summary["hole_counts"][name]),
+        )
+    return table
+
+
+def _endurance(summary: dict[str, Any]) -> Table:
+    table = _table("pushes survived before the fall, median [95 %]")
+    for heading in ("controller", "pushes", "quartiles", "impulse N s", "trains", "survived all"):
+        table.add_column(heading, justify="left" if heading == "controller" else "right", no_wrap=True)
+    order = ordered(entry["controller"] for entry in summary["endurance"])
+    for entry in sorted(summary["endurance"], key=lambda entry: order.index(entry["controller"])):
+        words = case_words(entry.get("case"))
+        table.add_row(
+            entry["controller"] + (f", {escape(words)}" if words else ""),
+            median_words(entry["pushes_survived"]),
+            quartile_words(entry["pushes_survived"]),
+            median_words(entry["total_impulse"], 1),
+            str(entry["n"]),
+            str(entry["survived_all"]),
+        )
+    return table
+
+
+def _motors(summary: dict[str, Any]) -> Table:
+    table = _table(f"motors, over the {motor_episodes(summary)}")
+    for heading in ("controller", "greatest", "median", "most", "joint of the most"):
+        words = heading in ("controller", "greatest", "joint of the most")
+        table.add_column(heading, justify="left" if words else "right", no_wrap=True)
+    order = ordered(entry["controller"] for entry in summary["motors"])
+    for entry in sorted(summary["motors"], key=lambda entry: order.index(entry["controller"])):
+        for i, (what, median, most, joint) in enumerate(motor_lines(entry)):
+            table.add_row(entry["controller"] if i == 0 else "", what, median, most, joint)
     return table
 
 
@@ -116,7 +184,7 @@ def _cells(one: dict[str, Any]) -> list[str]:
 
 
 def _rates(summary: dict[str, Any]) -> Table:
-    table = _table("recovered, of the episodes that were run [95 %]")
+    table = _table(f"recovered, of the {'pushes' if summary['train'] else 'episodes'} that were run [95 %]")
     for heading in ("controller", "recovered", "of", "fell", "not settled", "crashed"):
         table.add_column(heading, justify="left" if heading == "controller" else "right", no_wrap=True)
     found = {entry["by"]["controller"]: entry for entry in summary["rates"] if list(entry["by"]) == ["controller"]}

@@ -108,7 +108,9 @@ def _scores(rows: Sequence[Row]) -> Iterator[dict[str, Any]]:
                 what = {"moment": moment, "world": world, "controller": controller, "set": rule}
                 yield {**what, "direction_deg": None, **score(members, moment, rule)}
                 for middle in SECTORS:
-                    there = [row for row in members if sector(row["direction_deg"]) == middle]
+                    # A train that crashed has no direction.
+                    known = [row for row in members if row["direction_deg"] is not None]
+                    there = [row for row in known if sector(row["direction_deg"]) == middle]
                     if there:
                         yield {**what, "direction_deg": middle, **score(there, moment, rule)}
 

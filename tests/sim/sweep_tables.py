@@ -88,6 +88,14 @@ def row(law: Law, **parameters: Any) -> dict[str, Any]:
         "chosen": "statue" if not obeys else "tracker" if steps and slack < 0.0 else "regulator",
         "steps": 2 if steps and slack < 0.0 else 0,
         "settle_time": 1.2 if well else None,
+        "peak_torque": 4.0,
+        "peak_torque_use": 0.8,
+        "peak_torque_joint": "left_knee",
+        "peak_speed": 6.0,
+        "peak_speed_use": 0.6,
+        "peak_speed_joint": "right_knee",
+        "saturated_time": 0.02,
+        "saturated_joint": "left_knee",
         "real_time_factor": 1.0,
         "wall_time": 5.0,
         "trace_hash": name * 5,
@@ -104,6 +112,37 @@ def row(law: Law, **parameters: Any) -> dict[str, Any]:
         }
     result["outside_all"] = slack < 0.0 and (reach is None or reach < 0.0) if obeys else None
     return result
+
+
+def train_row(survived: int, *, count: int = 10, **parameters: Any) -> dict[str, Any]:
+    """A train of which `survived` pushes of 0.5, 0.6 ... omega d were survived; every tenth of a turn, alike."""
+    one = row(lambda _: survived == count, delta_v=0.1, **parameters)
+    begun = min(survived + 1, count)
+    pushes = []
+    for number in range(begun):
+        way, size = (36.0 * number) % 360.0, 0.5 + 0.1 * number
+        stood = number < survived
+        told = row(lambda _, stood=stood: stood, direction_deg=way, delta_v=size * OMEGA * edge(way), **parameters)
+        kept = ("direction_deg", "delta_v", "impulse", "d_edge", "delta_v_over_omega_d", "delta_v_over_sqrt_gh")
+        said = {name: told[name] for name in told if name.endswith(("_end", "_decision")) or name == "outside_all"}
+        pushes.append({"start": 1.0 + 3.0 * number, "survived": stood, **{k: told[k] for k in kept}, **said})
+    nothing = dict.fromkeys((*kept, *said, "push_direction_deg", "mid_step"))
+    # Named by who and which, not by how it went: another run of the same train has the same name.
+    key = json.dumps([one["controller"], one["replica"], parameters.get("world"), count])
+    name = hashlib.sha256(key.encode()).hexdigest()[:12]
+    return (
+        one
+        | nothing
+        | {
+            "episode": name,
+            "series": name,
+            "train": count,
+            "pushes_survived": survived,
+            "total_impulse": sum(push["impulse"] for push in pushes[:survived]),
+            "pushes": json.dumps(pushes),
+            "time_of_fall": None if survived == count else pushes[-1]["start"] + 1.0,
+        }
+    )
 
 
 def adaptive(
