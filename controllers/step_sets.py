@@ -144,13 +144,12 @@ class StepSets:
         point = np.asarray(dcm, dtype=float)
         radius = self.limits.swing_speed * self.pendulum.dt * np.arange(count)
         last, more = self.tables.boxes[stance], table.box
-        lower, upper = _phases(last, swing, radius)
+        boxes = _phases(last, swing, radius)
         slacks = np.empty((self.max_steps, count))
-        slacks[0] = last_slacks(self.tables, point, lower, upper)
+        slacks[0] = last_slacks(self.tables, point, boxes)
         if more != last:
-            lower, upper = _phases(more, swing, radius)
-        row = table.row[:, :2].dot(upper)
-        row += table.row[:, 2:4].dot(lower)
+            boxes = _phases(more, swing, radius)
+        row = table.row[:, :4].dot(boxes)
         row *= decay
         row += table.row[:, 4:].dot(point)[:, None]
         np.minimum.reduce(table.ahead[:, :, :count] + row[:, None, :], axis=0, out=slacks[1:])
@@ -223,15 +222,13 @@ class StepSets:
             raise InputError(f"steps: must be 1 to {self.max_steps}, got {steps!r}")
 
 
-def _phases(box: Box, swing: np.ndarray | None, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """`within` for each radius (count,): lower and upper corners (2, count)."""
+def _phases(box: Box, swing: np.ndarray | None, radius: np.ndarray) -> np.ndarray:
+    """`within` for each radius (count,): x and y of the upper corner, then of the lower one, (4, count)."""
+    corners = np.array((*box[1], *box[0]))[:, None]
     if swing is None:
-        lower, upper = (np.broadcast_to(np.array(corner)[:, None], (2, len(radius))) for corner in box)
-        return lower, upper
-    foot = np.asarray(swing, dtype=float)[:, None]
-    low, high = foot - radius, foot + radius
-    lower, upper = (np.minimum(np.maximum(np.array(corner)[:, None], low), high) for corner in box)
-    return lower, upper
+        return np.repeat(corners, len(radius), axis=1)
+    foot = np.array((swing[0], swing[1], swing[0], swing[1]), dtype=float)[:, None]
+    return np.minimum(np.maximum(corners, foot - radius), foot + radius)
 
 
 def step_sets(

@@ -65,6 +65,7 @@ class SetTables:
         weights: lam_0, lam_1.
         decay: (K + 1,) a^{-k}.
         normals: (J, 2) those of S and of the axes.
+        row: (J, 6), as of a `StanceTable`.
         last: (J, K + 1) offsets [m] k ticks before the last landing, seen from a^{-k} lam p.
         last_rows: (normal x, normal y, offset) of these, for each k.
         last_corners: vertices of these sets, for each k.
@@ -77,6 +78,7 @@ class SetTables:
     weights: tuple[float, float]
     decay: np.ndarray
     normals: np.ndarray
+    row: np.ndarray
     last: np.ndarray
     last_rows: tuple[tuple[tuple[float, float, float], ...], ...]
     last_corners: tuple[tuple[tuple[float, float], ...], ...]
@@ -168,6 +170,7 @@ class _Builder:
             weights=self._weights,
             decay=_sealed(self._decay),
             normals=_sealed(self._normals),
+            row=_sealed(_row(self._normals)),
             last=_sealed(last.T.copy()),
             last_rows=tuple(tuple(map(tuple, np.column_stack((self._normals, h)).tolist())) for h in last),
             last_corners=tuple(tuple((float(x), float(y)) for x, y in outline) for outline in outlines),
@@ -195,7 +198,6 @@ class _Builder:
             for side in SIDES:
                 ahead[side].append(self._back(normals, None, whole[other(side)][count]))
                 whole[side].append(decay * box_supports(boxes[side], normals) + ahead[side][count][ticks])
-        row = np.hstack((np.maximum(normals, 0.0), np.minimum(normals, 0.0), -normals))
         program = program_rows(self._usable.M, AXES, normals)
         shape = (self._steps - 1, len(self._decay), len(normals))
         return [
@@ -204,7 +206,7 @@ class _Builder:
                 StanceTable(
                     normals=_sealed(normals),
                     ahead=_sealed(np.array(ahead[side]).reshape(shape).transpose(2, 0, 1).copy()),
-                    row=_sealed(row),
+                    row=_sealed(_row(normals)),
                     program=program,
                     box=boxes[side],
                 ),
@@ -256,6 +258,10 @@ class _Builder:
         )
         if least < 0.0:
             raise EmptyPlanarError("the regulator does not withstand the error")
+
+
+def _row(normals: np.ndarray) -> np.ndarray:
+    return np.hstack((np.maximum(normals, 0.0), np.minimum(normals, 0.0), -normals))
 
 
 def _sealed(array: np.ndarray) -> np.ndarray:

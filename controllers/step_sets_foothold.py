@@ -24,7 +24,7 @@ _NEARNESS = 1e-6
 # The last entry is for the solver, which wants a definite cost. Leaving the wanted foothold counts less than leaving
 # the calmest ZMP: the foot gives way first.
 _WEIGHTS = _NEARNESS * np.diag([1.0, 1.0, 1e-2, 1e-2, 1.0])
-_PULL = -_WEIGHTS.diagonal()[:4]
+_PULL, _GAIN = -_WEIGHTS.diagonal()[:4], np.array([-1.0])
 _OPTIMAL = 1
 _TOLERANCE = 1e-9
 # A state on the rim would be lost to rounding: so much slack [m] is always sought.
@@ -120,7 +120,7 @@ def choose(
 
 def _solve(wanted: np.ndarray, rows: np.ndarray, limits: np.ndarray) -> np.ndarray:
     """Unknowns (5,) with the largest slack, nearest to `wanted` (4,)."""
-    cost = np.append(wanted * _PULL, -1.0)
+    cost = np.concatenate((wanted * _PULL, _GAIN))
     optimum, _, flag, _ = daqp.solve(_WEIGHTS, cost, rows, limits, primal_tol=_TOLERANCE)
     if flag == _OPTIMAL or (rows @ optimum - limits).max() <= _SAME:
         return np.asarray(optimum)

@@ -36,33 +36,33 @@ def last_slack(tables: SetTables, x: float, y: float, k: int, box: Box) -> float
     return best
 
 
-def last_slacks(tables: SetTables, point: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+def last_slacks(tables: SetTables, point: np.ndarray, boxes: np.ndarray) -> np.ndarray:
     """`last_slack` of the DCM `point` (2,) for 0, 1, ... ticks left, as (count,).
 
     Args:
         tables: of the sets.
         point: (2,) [m].
-        lower, upper: (2, count) corners of the boxes.
+        boxes: (4, count) of x and y of the upper corner, then of the lower one.
     """
-    count = lower.shape[1]
-    decay = tables.decay[:count]
-    (x1, y1), (x2, y2) = lower, upper
-    if (y1 <= 0.0).any() and (y2 >= 0.0).any():
-        boxes = zip(lower.T.tolist(), upper.T.tolist(), strict=True)
+    count = boxes.shape[1]
+    x2, y2, x1, y1 = boxes
+    above = bool(y1[0] > 0.0)
+    if not (y1.min() > 0.0 if above else y2.max() < 0.0):
         x, y = point.tolist()
-        return np.array([last_slack(tables, x, y, k, ((a, b), (c, d))) for k, ((a, b), (c, d)) in enumerate(boxes)])
-    normals = tables.normals
-    reach = np.dot(np.maximum(normals, 0.0), upper) + np.dot(np.minimum(normals, 0.0), lower)
-    reach *= np.where(reach > 0.0, tables.weights[1], tables.weights[0]) * decay
+        each = enumerate(boxes.T.tolist())
+        return np.array([last_slack(tables, x, y, k, ((c, d), (a, b))) for k, (a, b, c, d) in each])
+    reach = tables.row[:, :4].dot(boxes)
+    reach *= np.where(reach > 0.0, tables.weights[1], tables.weights[0])
+    reach *= tables.decay[:count]
     reach += tables.last[:, :count]
-    reach -= normals.dot(point)[:, None]
+    reach += tables.row[:, 4:].dot(point)[:, None]
     best = np.minimum.reduce(reach, axis=0)
     # As `box_tangents`: the corners that the two lines through the stance foot touch.
-    near, far = (y1, y2) if y1[0] > 0.0 else (y2, y1)
+    near, far = (y1, y2) if above else (y2, y1)
     across = np.empty((2, 2, count))
     across[1, 0], across[1, 1] = x1, -x2
     across[0, 0], across[0, 1] = -np.where(x1 < 0.0, near, far), np.where(x2 > 0.0, near, far)
-    if y1[0] <= 0.0:
+    if not above:
         across *= -1.0
     across /= np.hypot(across[0], across[1])
     x, y = across
