@@ -1,7 +1,8 @@
-"""The command line of what is concluded from a sweep: summary, report, baseline, check."""
+"""The command line of what is concluded from a sweep: summary, report, envelope, baseline, check."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -28,6 +29,7 @@ def register(app: typer.Typer) -> None:
     okiagari report out/sweep-smoke --baseline baselines/smoke.json --failures 0
     """
     )(report)
+    app.command(epilog="Example: okiagari envelope out/sweep-trunk_push --out docs/envelope.png")(envelope)
     app.command(epilog="Example: okiagari baseline out/sweep-smoke --out baselines/smoke.json")(baseline)
     app.command(epilog="Example: okiagari check out/sweep-smoke --baseline baselines/smoke.json")(check)
 
@@ -69,6 +71,25 @@ def report(
     with Console(stderr=True).status("writing the report"):
         write_report(folder, path, baseline=baseline, failures=failures)
     print(path)
+
+
+def envelope(
+    folder: _Folder,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Picture, .png or .svg.", show_default="DIR/envelope.png"),
+    ] = None,
+    case: Annotated[str | None, typer.Option(metavar="WORDS", help="Which case, if the suite has several.")] = None,
+) -> None:
+    """Draw the robust thresholds around the robot, and print them as a table in Markdown."""
+    from sim.envelope import ENVELOPE, chosen_case, envelope_table, write_envelope
+    from sim.summary import load_rows, write_summary
+
+    path = out if out is not None else folder / ENVELOPE
+    shown = chosen_case(load_rows(folder), case)
+    write_envelope(shown, path)
+    print(envelope_table(shown, write_summary(folder)))
+    print(path, file=sys.stderr)
 
 
 def baseline(

@@ -46,7 +46,10 @@ def _count(text: str) -> int:
 
 def sweep(
     suite: Annotated[
-        str, typer.Argument(help="smoke, trunk_push, cog_push, disturbed, truth, or a .toml file of your own.")
+        str,
+        typer.Argument(
+            help="smoke, trunk_push, cog_push, second_push, endurance, disturbed, truth, or a .toml file of your own."
+        ),
     ],
     out: Annotated[
         Path | None, typer.Option(help="Folder to write, or to go on with.", show_default="out/sweep-SUITE")
