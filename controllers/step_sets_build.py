@@ -66,6 +66,7 @@ class SetTables:
         decay: (K + 1,) a^{-k}.
         normals: (J, 2) those of S and of the axes.
         row: (J, 6), as of a `StanceTable`.
+        program: the same, with two rows left zero for what depends on the box of footholds.
         last: (J, K + 1) offsets [m] k ticks before the last landing, seen from a^{-k} lam p.
         last_rows: (normal x, normal y, offset) of these, for each k.
         last_corners: vertices of these sets, for each k.
@@ -79,6 +80,7 @@ class SetTables:
     decay: np.ndarray
     normals: np.ndarray
     row: np.ndarray
+    program: np.ndarray
     last: np.ndarray
     last_rows: tuple[tuple[tuple[float, float, float], ...], ...]
     last_corners: tuple[tuple[tuple[float, float], ...], ...]
@@ -171,6 +173,7 @@ class _Builder:
             decay=_sealed(self._decay),
             normals=_sealed(self._normals),
             row=_sealed(_row(self._normals)),
+            program=_sealed(program_rows(self._usable.M, np.vstack((AXES, np.zeros((2, 2)))), self._normals)),
             last=_sealed(last.T.copy()),
             last_rows=tuple(tuple(map(tuple, np.column_stack((self._normals, h)).tolist())) for h in last),
             last_corners=tuple(tuple((float(x), float(y)) for x, y in outline) for outline in outlines),

@@ -10,9 +10,8 @@ import daqp
 import numpy as np
 
 from controllers.linear_program import LinearProgram
-from controllers.planar import clipped, nearest, tangents
-from controllers.step_sets_box import AXES, Box, box_corners, box_tangents, union_offsets
-from controllers.step_sets_build import program_rows
+from controllers.planar import Points, clipped, nearest, tangents
+from controllers.step_sets_box import Box, box_corners, box_tangents
 from models.errors import InputError
 from models.robot import Side
 
@@ -83,10 +82,12 @@ def choose(
     calm = usable.nearest(point)
     if steps == 1:
         box, share = last, 0.5
-        feet = np.concatenate((AXES, np.array(box_tangents(box)).reshape(-1, 2)))
-        reach = union_offsets(box, tables.weights, feet)
-        normals, ahead = tables.normals, tables.last
-        rows = program_rows(usable.M, feet, normals)
+        normals, ahead, rows = tables.normals, tables.last, tables.program.copy()
+        near, far = tables.weights
+        sides = (box[1][0], box[1][1], -box[0][0], -box[0][1])
+        reach = np.array((*[(far if side > 0.0 else near) * side for side in sides], 0.0, 0.0))
+        if across := box_tangents(box):
+            rows[len(usable.v) + 4 : len(usable.v) + 6, 2:4] = across
     else:
         table = sets.table(stance, step_time)
         box, share = more, 1.0
@@ -111,7 +112,8 @@ def choose(
     room = offsets - normals @ (free - moved * shift)
     chosen = optimum[2:4]
     if steps == 1:
-        chosen = _last_foothold(normals, room - optimum[4], tables.weights, chosen, box, wanted)
+        ample = optimum[4] >= margin - _SAME
+        chosen = _last_foothold(normals, room - optimum[4], tables.weights, chosen, box, wanted, ample=ample)
     position = np.minimum(np.maximum(chosen, box[0]), box[1])
     along = normals @ position
     slack = float((room + along).min()) if steps > 1 else _best_between(room, along, tables.weights)
@@ -135,26 +137,21 @@ def _last_foothold(
     middle: np.ndarray,
     box: Box,
     wanted: np.ndarray,
+    *,
+    ample: bool,
 ) -> np.ndarray:
     """The foothold p of the box nearest to `wanted` with -normals lam p <= room for a lam between the weights.
 
     Args:
         normals, room: (J, 2), (J,) [m].
         weights: of lam.
-        middle: (2,) one y = lam p, should rounding leave no other.
+        middle: (2,) one y = lam p.
         box: of p.
         wanted: (2,).
+        ample: whether there are other y, the room not being that of the best.
     """
-    inner = [((-nx, -ny), offset) for (nx, ny), offset in zip(normals.tolist(), (room + _SAME).tolist(), strict=True)]
-    points = clipped([(-_FAR, -_FAR), (_FAR, -_FAR), (_FAR, _FAR), (-_FAR, _FAR)], inner)
-    if points:
-        cone = [((nx, ny), 0.0) for nx, ny in tangents(points)]
-        for normal, _ in inner:
-            most = max([normal[0] * x + normal[1] * y for x, y in points])
-            cone.append((normal, max(most / weights[0], most / weights[1])))
-        feet = clipped(box_corners(box), cone)
-        if feet:
-            return np.array(nearest(feet, float(wanted[0]), float(wanted[1])))
+    if ample and (feet := _cone(normals, room, weights, box)):
+        return np.array(nearest(feet, float(wanted[0]), float(wanted[1])))
     # All lam that bring y into the box, and the best of them.
     lower, upper = 1.0 / weights[1], 1.0 / weights[0]
     for value, low, high in zip(middle.tolist(), *box, strict=True):
@@ -163,6 +160,19 @@ def _last_foothold(
     square = float(middle @ middle)
     factor = float(middle @ wanted) / square if square > 0.0 else lower
     return middle * min(max(factor, lower), upper)
+
+
+def _cone(normals: np.ndarray, room: np.ndarray, weights: tuple[float, float], box: Box) -> Points:
+    """All p of a box with -normals lam p <= room for a lam between the weights; empty if rounding leaves none."""
+    inner = [((-nx, -ny), offset) for (nx, ny), offset in zip(normals.tolist(), (room + _SAME).tolist(), strict=True)]
+    points = clipped([(-_FAR, -_FAR), (_FAR, -_FAR), (_FAR, _FAR), (-_FAR, _FAR)], inner)
+    if not points:
+        return []
+    cone = [((nx, ny), 0.0) for nx, ny in tangents(points)]
+    for normal, _ in inner:
+        most = max([normal[0] * x + normal[1] * y for x, y in points])
+        cone.append((normal, most / weights[0] if most > 0.0 else most / weights[1]))
+    return clipped(box_corners(box), cone)
 
 
 def _best_between(room: np.ndarray, along: np.ndarray, weights: tuple[float, float]) -> float:

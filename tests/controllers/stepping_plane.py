@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from controllers.footholds import StepLimits
+from controllers.linear_program import LinearProgram
 from controllers.pendulum import Pendulum
 from controllers.step_sets import StepSets
 from controllers.step_sets_box import box_corners
@@ -152,3 +153,38 @@ def best_of_sequences(
         u = 0.5 * at + sets.gain_k * (point - 0.5 * at)
         best = max(best, both_feet(sets, at).slack(u) / sets.gain_k)
     return best
+
+
+def best_by_program(
+    sets: StepSets, question: tuple[int, Side, int, np.ndarray | None, float], dcm: np.ndarray
+) -> float:
+    """Largest slack [m] that any ZMPs z_i and footholds p_i, all of them unknowns of one linear program, leave at last.
+
+    The last foothold enters as y = lam p, with the slack to the sole over k there.
+    """
+    steps, stance, ticks, swing, step_time = question
+    # Two unknowns for each ZMP, and the weights of eight corners for each foothold.
+    size = 10 * steps + 1
+    rows, limits = [], []
+    # The DCM seen from the stance foot is at + by unknowns.
+    at, by = np.asarray(dcm, dtype=float), np.zeros((2, size))
+    for i in range(steps):
+        zmp, foot = slice(10 * i, 10 * i + 2), slice(10 * i + 2, 10 * i + 10)
+        own = np.zeros((len(sets.sole.v) + 10, size))
+        own[: len(sets.sole.v), zmp] = sets.sole.M
+        own[-10:-2, foot], own[-2, foot], own[-1, foot] = -np.eye(8), 1.0, -1.0
+        rows.append(own)
+        limits.append(np.concatenate((sets.sole.v, np.zeros(8), [1.0, -1.0])))
+        growth = np.exp(PENDULUM.omega * PENDULUM.dt * ticks)
+        at, by = growth * at, growth * by
+        by[:, zmp] -= (growth - 1.0) * np.eye(2)
+        last, more = sets.boxes(stance, ticks, swing, step_time)
+        corners = np.array(box_corners(last if steps == 1 else more))
+        shares = 0.5 + np.array([-0.5, 0.5]) / sets.gain_k if i == steps - 1 else (1.0, 1.0)
+        by[:, foot] -= np.vstack([share * corners for share in shares]).T
+        swing, stance, ticks = None, other(stance), round(step_time / PENDULUM.dt)
+    worst = sets.sole.M @ by
+    worst[:, -1] = 1.0
+    rows.append(worst)
+    limits.append(sets.sole.v / sets.gain_k - sets.sole.M @ at)
+    return float(LinearProgram(np.vstack(rows), np.concatenate(limits)).maximise(np.eye(size)[-1])[-1])

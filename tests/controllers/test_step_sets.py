@@ -23,6 +23,7 @@ from tests.controllers.stepping_plane import (
     PENDULUM,
     SLOW,
     SOLE,
+    best_by_program,
     best_of_sequences,
     draw,
     recovers,
@@ -85,6 +86,15 @@ def test_from_outside_no_sequence_of_footholds_and_zmps_recovers() -> None:
         near += best > -1.001 * grown
     # The extremes are nearly enough for many of them: the sets are not larger than they need be, nor smaller.
     assert near >= 5
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_one_program_over_all_zmps_and_footholds_agrees(name: str) -> None:
+    rng, sets = np.random.default_rng(7), SETS[name]
+    for inside in (1e-6, 1e-3, -1e-6, -1e-3) * 6:
+        steps, stance, ticks, swing, time = draw(sets, rng)
+        dcm = rim(sets, (steps, stance, ticks * PENDULUM.dt, swing, time), rng, inside)
+        assert (best_by_program(sets, (steps, stance, ticks, swing, time), dcm) > 0.0) == (inside > 0.0)
 
 
 @pytest.mark.parametrize("name", WITHSTANDING)
