@@ -14,6 +14,8 @@ from controllers.linear_program import LinearProgram
 from controllers.moa import MoaSet, regulator_set
 from controllers.parametric import parametric_set
 from controllers.pendulum import Pendulum
+from controllers.step_sets import step_sets
+from controllers.step_sets_foothold import choose
 from controllers.support import support_polygon
 from controllers.tracking_sets import tracking_sets
 from controllers.walk import walk_reference
@@ -21,6 +23,7 @@ from models.robot import load_robot
 from sim.set_figures_walk import DT, STRIDE, standing_feet
 from tests.benchmarks.naive import gilbert_tan, library_set, paper_phase, reduced, rows_with_redundant_ones
 from tests.benchmarks.timing import best_of, in_words, show, table
+from tests.controllers.stepping_plane import best_by_program
 
 _SEED = 2016
 
@@ -122,6 +125,37 @@ class Bench:
         name = f"parametric query, {rows.shape[1] - 1} parameters, DCM 1.5"
         self.row(name, len(sets.rows.a), ours, "≤ 15 µs", "HiGHS on the same program", peer)
 
+    def step_sets(self) -> None:
+        """Whether some of up to eight steps recover, and where to land."""
+        pendulum = Pendulum(self.robot.omega, 0.002)
+        limits = StepLimits(max_stride=0.16, min_width=0.076, max_width=0.22, stance_width=0.084, swing_speed=3.0)
+        sole, times = self.robot.sole_vertices["left"], (0.15, 0.2)
+        sets = step_sets(pendulum, 1.5, sole, limits, times, 8, edge=0.003)
+        middle = sets.polygon(2, "right", 0.1, step_time=0.15).vertices().mean(axis=0)
+        swing, toward = np.array([0.0, limits.stance_width]), np.array([0.0, limits.stance_width])
+        rows = sum(len(sets.polygon(n, "right", 0.1, swing, step_time=0.15).a) for n in range(1, 9))
+
+        def each_polygon() -> list[float]:
+            return [float(sets.polygon(n, "right", 0.1, swing, step_time=0.15).slack(middle)) for n in range(1, 9)]
+
+        name = "1 to 8 steps that re-plan"
+        ours = best_of(lambda: step_sets(pendulum, 1.5, sole, limits, times, 8, edge=0.003), repeats=20)
+        noisy = best_of(lambda: step_sets(pendulum, 1.5, sole, limits, times, 8, zmp_error=0.003), repeats=20)
+        self.row(f"{name}: all tables", rows, ours, "", "the same with a ZMP error", noisy)
+        ours = best_of(lambda: sets.slacks(middle, "right", 0.1, swing, 0.15), batch=500)
+        self.row(f"{name}: one state", rows, ours, "≤ 15 µs", "polygon by polygon", best_of(each_polygon, batch=20))
+        phases = round(0.15 / pendulum.dt) + 1
+        ours = best_of(lambda: sets.slack_all_phases(middle, "right", swing, 0.15), batch=200)
+        plain = best_of(
+            lambda: [sets.slacks(middle, "right", k * pendulum.dt, swing, 0.15) for k in range(phases)], repeats=5
+        )
+        self.row(f"{name}: all {phases} phases", rows, ours, "≤ 60 µs", "one phase after another", plain)
+        for steps in (1, 2, 8):
+            question = (sets, middle, "right", 0.1, swing, 0.15, steps, toward, 0.01)
+            ours = best_of(lambda q=question: choose(*q), batch=200)
+            peer = best_of(lambda n=steps: best_by_program(sets, (n, "right", 50, swing, 0.15), middle), repeats=20)
+            self.row(f"foothold and ZMP, {steps} to do", rows, ours, "≤ 60 µs", "HiGHS, all steps at once", peer)
+
 
 def main() -> None:
     """Print the table."""
@@ -130,6 +164,7 @@ def main() -> None:
     bench.tracking()
     bench.queries()
     bench.parametric()
+    bench.step_sets()
     show(bench.table)
 
 

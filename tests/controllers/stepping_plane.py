@@ -175,14 +175,14 @@ def best_by_program(
         own[-10:-2, foot], own[-2, foot], own[-1, foot] = -np.eye(8), 1.0, -1.0
         rows.append(own)
         limits.append(np.concatenate((sets.sole.v, np.zeros(8), [1.0, -1.0])))
-        growth = np.exp(PENDULUM.omega * PENDULUM.dt * ticks)
+        growth = np.exp(sets.pendulum.omega * sets.pendulum.dt * ticks)
         at, by = growth * at, growth * by
         by[:, zmp] -= (growth - 1.0) * np.eye(2)
         last, more = sets.boxes(stance, ticks, swing, step_time)
         corners = np.array(box_corners(last if steps == 1 else more))
         shares = 0.5 + np.array([-0.5, 0.5]) / sets.gain_k if i == steps - 1 else (1.0, 1.0)
         by[:, foot] -= np.vstack([share * corners for share in shares]).T
-        swing, stance, ticks = None, other(stance), round(step_time / PENDULUM.dt)
+        swing, stance, ticks = None, other(stance), round(step_time / sets.pendulum.dt)
     worst = sets.sole.M @ by
     worst[:, -1] = 1.0
     rows.append(worst)
