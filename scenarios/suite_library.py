@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from models.errors import InputError
 from scenarios.complaint import complaint, near
 from scenarios.library import load
 from scenarios.push import Push
-from scenarios.schema import Scenario
+from scenarios.schema import Scenario, World
 from scenarios.suite import SUITE_TABLES, Suite
 
 SHIPPED = Path(__file__).parent / "suites"
@@ -33,6 +33,7 @@ class LoadedSuite:
         suite: what it says.
         base: the scenario that its episodes vary, without its push.
         push: what its push says.
+        only: the world that it is run in instead of its own; None if that is as the file says.
     """
 
     name: str
@@ -41,6 +42,7 @@ class LoadedSuite:
     suite: Suite
     base: Scenario
     push: Mapping[str, Any]
+    only: World | None = None
 
     def range(self, name: str) -> tuple[float, ...]:
         """The values that a push's `duration` or `start` may have, or the ends of their range [s]."""
@@ -85,6 +87,12 @@ def load_suite(name: str | Path) -> LoadedSuite:
     loaded = LoadedSuite(name=path.stem, path=path, text=text, suite=suite, base=base, push=push)
     _check_push(loaded)
     return loaded
+
+
+def in_world(loaded: LoadedSuite, world: World) -> LoadedSuite:
+    """The same suite in one world: the same pushes, whatever worlds its file names."""
+    axes = loaded.suite.axes.model_copy(update={"world": (world,)})
+    return replace(loaded, suite=loaded.suite.model_copy(update={"axes": axes}), only=world)
 
 
 def _find(name: str | Path) -> Path:

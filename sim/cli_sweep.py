@@ -13,8 +13,9 @@ from rich.console import Console
 from rich.table import Table
 
 from models.errors import InputError
+from scenarios.schema import World
 from scenarios.suite import MANY
-from scenarios.suite_library import load_suite
+from scenarios.suite_library import in_world, load_suite
 
 # What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
 
@@ -27,6 +28,8 @@ def register(app: typer.Typer) -> None:
     okiagari sweep smoke
 
     okiagari sweep my_suite.toml --out out/mine --workers 4
+
+    okiagari sweep trunk_push --world pendulum
 
     okiagari sweep trunk_push --cluster tcp://127.0.0.1:8786
     """
@@ -60,16 +63,19 @@ def sweep(
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, instead of processes of this machine.")
     ] = None,
+    world: Annotated[
+        World | None, typer.Option(help="Run all of it in this world only.", show_default="as the suite says")
+    ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Run more than a million episodes, too.")] = False,
 ) -> None:
     """Run all episodes of a suite; the same command goes on where it was stopped."""
     if cluster is not None and workers is not None:
         raise InputError("--workers: the cluster's own workers run the episodes; give only one of it and --cluster")
-    loaded = load_suite(suite)
+    loaded = load_suite(suite) if world is None else in_world(load_suite(suite), world)
     count = loaded.suite.episodes
     if count > MANY and not yes:
         raise InputError(f"{loaded.path}: makes {count} episodes; more than {MANY} are run only with --yes")
-    folder = out if out is not None else Path("out") / f"sweep-{loaded.name}"
+    folder = out if out is not None else Path("out") / f"sweep-{loaded.name}{f'-{world}' if world else ''}"
 
     from sim import executors
     from sim.sweep import run_sweep

@@ -106,7 +106,7 @@ def print_summary(summary: dict[str, Any]) -> None:
     show(summary)
 
 
-_FACTS = ("name", "description", "tuned_on", "suite_hash", "seed", "planned", "train")
+_FACTS = ("name", "description", "tuned_on", "world", "suite_hash", "seed", "planned", "train")
 _SCALES = ("over_omega_d", "over_sqrt_gh", "delta_v")
 
 
