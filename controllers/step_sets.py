@@ -61,7 +61,7 @@ class StepSets:
     step_times: tuple[float, ...]
     max_steps: int
     error: ZmpError
-    tables: SetTables
+    tables: SetTables = field(repr=False)
     _tables: dict[tuple[Side, float], StanceTable] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -319,6 +319,40 @@ def test_foothold_is_the_one_nearest_to_the_wanted_with_the_slack_asked_for(sets
     assert 3 <= found <= 14
 
 
+def test_any_state_however_far_out_has_a_foothold_within_reach() -> None:
+    rng, every = np.random.default_rng(10), [*SETS.values(), *WITHSTANDING.values()]
+    for trial in range(300):
+        sets = every[trial % len(every)]
+        steps, stance, ticks, _, time = draw(sets, rng)
+        swing, dcm, toward = (rng.normal(size=2) * rng.choice([0.0, 0.01, 0.1, 1.0, 50.0]) for _ in range(3))
+        margin = float(rng.choice([0.0, 0.01, 1.0]))
+        choice = sets.foothold(dcm, stance, ticks * PENDULUM.dt, swing, time, steps, toward=toward, margin=margin)
+        low, high = sets.boxes(stance, ticks, swing, time)[0 if steps == 1 else 1]
+        assert (choice.position >= low).all()
+        assert (choice.position <= high).all()
+        assert sets.tables.usable.slack(choice.zmp) >= -1e-12
+        slack = float(sets.slacks(dcm, stance, ticks * PENDULUM.dt, swing, time)[steps - 1])
+        if sets.error.w_bar == 0.0 and abs(slack) > 1e-7:
+            assert (choice.slack > 0.0) == (slack > 0.0)
+        every_phase = sets.slack_all_phases(dcm, stance, swing, time)
+        assert every_phase[min(ticks, len(every_phase) - 1), steps - 1] == pytest.approx(
+            sets.slacks(dcm, stance, min(ticks, len(every_phase) - 1) * PENDULUM.dt, swing, time)[steps - 1], abs=1e-9
+        )
+
+
+def test_a_solver_that_gives_up_is_stood_in_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng, asked = np.random.default_rng(11), []
+    for _ in range(8):
+        steps, stance, ticks, swing, time = draw(NOMINAL, rng)
+        left = ticks * PENDULUM.dt
+        asked.append((rim(NOMINAL, (steps, stance, left, swing, time), rng, 1e-4), stance, left, swing, time, steps))
+    options = {"toward": np.array([0.0, 0.08]), "margin": 0.05}
+    slacks = [NOMINAL.foothold(*question, **options).slack for question in asked]
+    monkeypatch.setattr("controllers.step_sets_foothold.daqp.solve", lambda *_, **__: (np.full(5, 1e3), 0.0, -1, {}))
+    for question, slack in zip(asked, slacks, strict=True):
+        assert NOMINAL.foothold(*question, **options).slack == pytest.approx(slack, abs=SOLVER)
+
+
 def test_what_cannot_be_asked_is_said_in_one_line() -> None:
     good = (PENDULUM, 1.5, SOLE, LIMITS, TIMES, 2)
     for place, value, match in (
