@@ -1,19 +1,24 @@
-"""COG regulator (18) about a stance."""
+"""COG regulator (18) about a stance, with the stiffest gain of its bank whose set holds the state."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.gain_bank import GainBank, gain_bank
 from controllers.gains import Gain
-from controllers.moa import MoaSet, regulator_set
+from controllers.moa import MoaSet
 from controllers.pendulum import Pendulum
 from controllers.support import Foot, SupportPolygon, support_polygon
 from models.robot import Side
 
 Array = NDArray[np.float64]
+
+# A stiffer gain is gone back to only with this much slack [m of ZMP], so that the rim of a set is no place to flutter.
+HYSTERESIS = 0.002
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,31 +26,67 @@ class Regulator:
     """Keeps the COG over the middle of two standing feet (11) by state feedback (18).
 
     Attributes:
-        gain: feedback F.
+        gain: the gain asked for.
         feet: where the feet stand.
         polygon: their support polygon.
-        admissible: its MOA set, (21)-(24).
+        bank: it and the softer ones, with their MOA sets (21)-(24).
     """
 
     gain: Gain
     feet: dict[Side, Foot]
     polygon: SupportPolygon
-    admissible: MoaSet
+    bank: GainBank
     _x_C: Array = field(repr=False)
 
     @classmethod
-    def at(cls, pendulum: Pendulum, gain: Gain, feet: dict[Side, Foot]) -> Regulator:
-        """Regulator of a stance; its MOA set is computed here."""
+    def at(
+        cls, pendulum: Pendulum, gains: Sequence[Gain], feet: dict[Side, Foot], centre: Array | None = None
+    ) -> Regulator:
+        """Regulator of a stance; its MOA sets are computed here.
+
+        Args:
+            pendulum: model and period.
+            gains: the one asked for, then those to fall back on.
+            feet: where the feet stand.
+            centre: (2,) where to hold the COG [m]; None for the middle of the feet.
+        """
         polygon = support_polygon([feet["left"], feet["right"]])
-        centre = 0.5 * (feet["left"].position + feet["right"].position)
+        if centre is None:
+            centre = 0.5 * (feet["left"].position + feet["right"].position)
         return cls(
-            gain=gain,
+            gain=gains[0],
             feet=feet,
             polygon=polygon,
-            admissible=regulator_set(pendulum, gain, polygon, centre),
+            bank=gain_bank(pendulum, gains, polygon, centre),
             _x_C=pendulum.rest(centre),
         )
 
-    def zmp(self, x: Array) -> Array:
+    @property
+    def admissible(self) -> MoaSet:
+        """MOA set of the gain asked for."""
+        return self.bank[self.gain.name]
+
+    @property
+    def softest(self) -> MoaSet:
+        """MOA set of the gain that is given up last."""
+        return self.bank.sets[-1]
+
+    def slack(self, x: Array) -> float:
+        """Signed slack of state x (4,) in the union of the bank's sets [m of ZMP]."""
+        return self.bank.slack(x)
+
+    def choose(self, x: Array, present: Gain | None) -> Gain:
+        """The stiffest gain whose set holds state x (4,), the softest one if none does; `present` is not left lightly."""
+        for moa in self.bank.sets:
+            if moa.slack(x) >= (0.0 if moa.gain is present else HYSTERESIS):
+                return moa.gain
+        return self.softest.gain
+
+    def zmp(self, x: Array, gain: Gain | None = None) -> Array:
         """ZMP command u (2,) for state x (4,), (13) and (18) [m]; not limited to the polygon."""
-        return self.admissible.centre - self.gain.F @ (x - self._x_C)
+        F = self.gain.F if gain is None else gain.F
+        return self._x_C[0::2] - F @ (x - self._x_C)
+
+    def explain(self, x: Array) -> str:
+        """Which constraint is tightest, where and when, in the largest set."""
+        return self.softest.explain(x)

@@ -42,6 +42,7 @@ class Observation:
         time: [s].
         cog: (3,) centre of gravity [m].
         cog_velocity: (3,) [m/s].
+        angular_momentum: (3,) about the COG [N m s]; zero in the pendulum world, whose mass is a point.
         zmp: (2,) measured ZMP [m]; NaN without floor contact.
         feet: state of either foot.
         configuration: (7 + n,) base position [m], base quaternion (w x y z), joint angles [rad];
@@ -53,6 +54,7 @@ class Observation:
     time: float
     cog: Array
     cog_velocity: Array
+    angular_momentum: Array
     zmp: Array
     feet: dict[Side, FootState]
     configuration: Array

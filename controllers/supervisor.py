@@ -1,8 +1,10 @@
-"""Who is in charge: the regulator while its MOA set holds the state, else the tracker whose set does (Section V)."""
+"""Who is in charge: the regulator while its MOA sets hold the state, else the stepper of the N-step set that does."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +12,12 @@ from numpy.typing import NDArray
 from controllers.gains import Gain
 from controllers.pendulum import Pendulum
 from controllers.regulator import Regulator
-from controllers.signals import BalanceCommand, Controller, Decision, FootReference, FootState, Observation
-from controllers.stepper import Choice, Stepper, SteppingOptions
+from controllers.signals import BalanceCommand, Candidate, Controller, Decision, FootReference, FootState, Observation
+from controllers.step_rules import Aim, Heading, Lift, SteppingOptions, StepRule
 from controllers.support import Foot, SupportPolygon, support_polygon
 from controllers.swing import SwingFoot
-from controllers.tracker import Tracker
 from models.arena import SIDES
-from models.robot import Robot, Side
+from models.robot import Robot, Side, other
 
 Array = NDArray[np.float64]
 
@@ -27,104 +28,156 @@ MOVED = 0.002
 # A swing foot has landed when it carries this [N], but not in the first half of its step, when it may still scrape.
 TOUCHDOWN_FORCE = 4.0
 EARLIEST_TOUCHDOWN = 0.5
-# Outside all sets a new plan is sought every so many ticks, not at each: it is the least violated one anyway.
-PATIENCE = 5
 # A foot that has landed less than this ago [s] is the one the weight falls on: the other one steps next.
 JUST_LANDED = 0.3
+# So long after a landing [s] the rate of the DCM is that of the impact and tells nothing of where it is going.
+SETTLING = 1.0
+# Share by which the rate of the DCM follows its differences at each tick.
+RATE_FILTER = 0.3
 
 _STILL = np.zeros(3)
 _STILL.setflags(write=False)
 
 
-class Supervisor:
-    """Falling avoidance by switching controllers on membership of their MOA sets.
+@dataclass
+class _Step:
+    """The step under way."""
 
-    With `may_step=False` it is the null controller `regulator`: the same law, limited to the support polygon,
-    and nothing else.
+    lift: Lift
+    foot: SwingFoot
+    ticks: int
+    left: int
+    aim: Aim
+
+
+class Supervisor:
+    """Falling avoidance: decides anew, at every tick and from the measured state, how to stay on the feet.
+
+    With `rule=None` it is the null controller `regulator`: the same law, limited to the support polygon, and
+    nothing else.
 
     Attributes:
         robot: whom it balances.
-        options: what steps may be planned.
+        options: how it steps.
+        rule: decides the steps.
         decisions: every choice since `reset`, with its grounds.
         regulator: the regulator of the latest double support.
-        tracker: the tracker in charge, or None.
         steps: steps begun since `reset`.
     """
 
     def __init__(
-        self, robot: Robot, pendulum: Pendulum, gain: Gain, options: SteppingOptions, *, may_step: bool = True
+        self, robot: Robot, pendulum: Pendulum, gains: Sequence[Gain], options: SteppingOptions, rule: StepRule | None
     ) -> None:
+        """Prepare.
+
+        Args:
+            robot: whom it balances.
+            pendulum: its model and the control period.
+            gains: the regulator's gain, then those to fall back on before a step.
+            options: how it steps.
+            rule: decides the steps; None never to step.
+        """
         self.robot = robot
-        self._pendulum = pendulum
-        self._gain = gain
         self.options = options
-        self._may_step = may_step
-        self._stepper = Stepper(pendulum, options)
+        self.rule = rule
+        self.pendulum = pendulum
+        self._gains = tuple(gains)
         self.reset()
 
     def reset(self) -> None:
         """Forget the last episode."""
         self.decisions: list[Decision] = []
         self.regulator: Regulator | None = None
-        self.tracker: Tracker | None = None
         self.steps = 0
-        self._plan_name = ""
-        self._swing_foot: SwingFoot | None = None
+        self._step: _Step | None = None
+        self._gain: Gain = self._gains[0]
+        self._heading: Heading | None = None
         self._feet: dict[Side, Foot] = {}
         self._places: dict[Side, tuple[float, float]] = {}
-        self._heading: float | None = None
         self._landed: Side | None = None
         self._landed_at = -math.inf
-        self._wait = 0
+        self._dcm: Array | None = None
+        self._rate = np.zeros(2)
+        self._x = np.zeros(4)
         self._slacks = (math.nan, math.nan)
         self._inner: SupportPolygon | None = None
 
     @property
     def controller(self) -> Controller:
         """Who is in charge."""
-        return Controller.REGULATOR if self.tracker is None else Controller.TRACKER
+        return Controller.REGULATOR if self._step is None else Controller.TRACKER
 
     @property
     def slacks(self) -> tuple[float, float]:
-        """Signed slack of the last tick's state, after its decision [m of ZMP]: in the set of the latest double
-        support's regulator, and in the present tracking set (NaN while the regulator is in charge)."""
+        """Signed slack of the last tick's state, after its decision: in the regulator's sets of the latest double
+        support [m of ZMP], and in the set of the steps to do [m of DCM] (NaN while the regulator is in charge)."""
         return self._slacks
 
     def command(self, observation: Observation) -> BalanceCommand:
         """Decide, then command: one control tick."""
-        x = observation.balance_state()
-        self._wait = max(self._wait - 1, 0)
+        x = self._x = self.state(observation)
+        dcm = self.pendulum.dcm(x)
+        if self._dcm is not None:
+            self._rate += RATE_FILTER * ((dcm - self._dcm) / self.pendulum.dt - self._rate)
+        self._dcm = dcm
+        if self._heading is None:
+            self._heading = Heading(0.5 * (observation.feet["left"].yaw + observation.feet["right"].yaw))
         self._anchor(observation)
         assert self.regulator is not None
-        regulator_slack = self.regulator.admissible.slack(x)
-        tracking_slack = math.nan if self.tracker is None else self.tracker.slack(x)
-        if self._decide(observation, x, regulator_slack, tracking_slack):
-            assert self.regulator is not None
-            regulator_slack = self.regulator.admissible.slack(x)
-            tracking_slack = math.nan if self.tracker is None else self.tracker.slack(x)
-        self._slacks = (regulator_slack, tracking_slack)
-        if self.tracker is None:
-            return self._limited(self.regulator.zmp(x), observation, None)
-        swing = None
-        if self.tracker.swing is not None and self._swing_foot is not None:
-            foothold = self.tracker.plan.footholds[0].position
-            swing = self._swing_foot.advance(foothold, self.tracker.time_left)
-        command = self._limited(self.tracker.zmp(x), observation, swing)
-        self.tracker.advance()
+        if self._step is not None and self._touched_down(observation, self._step):
+            self._land(observation, x, dcm)
+        if self._step is None:
+            self._stand(observation, x, dcm)
+        else:
+            self._fly(observation, dcm, self._step)
+        slack = self.regulator.slack(x)
+        if self._step is None:
+            self._slacks = (slack, math.nan)
+            return self._limited(self.regulator.zmp(x, self._gain), observation, None)
+        self._slacks = (slack, self._step.aim.slack)
+        swing = self._step.foot.advance(self._step.aim.foothold, self._step.left * self.pendulum.dt)
+        command = self._limited(self._step.aim.zmp, observation, swing)
+        self._step.left = max(self._step.left - 1, 0)
         return command
 
-    def best_step(self, x: Array) -> Choice | None:
-        """What a tracker could promise from this state and the latest stance; changes nothing."""
-        if self.regulator is None:
-            return None
-        return self._stepper.from_stance(x, self.regulator.feet, settle=False, avoid=None)
+    def state(self, observation: Observation) -> Array:
+        """State (4,) that the sets are asked for.
+
+        A push above the COG makes the body spin, and stopping the spin pushes the COG on: what counts is the momentum
+        about the feet, m h v plus that about the COG. With `angular_momentum` the velocity is that momentum / (m h).
+        """
+        x = observation.balance_state()
+        if self.options.angular_momentum:
+            about_x, about_y, _ = observation.angular_momentum.tolist()
+            lever = self.robot.mass * self.robot.cog_height
+            x[1] += about_y / lever
+            x[3] -= about_x / lever
+        return x
+
+    def foretell(self) -> tuple[float, float]:
+        """What the sets say of the last tick's state: slack in the regulator's [m of ZMP] and in the steppers' [m of DCM].
+
+        The latter is of the steps under way, or of the best ones from the stance; NaN without a rule that has sets.
+        """
+        regulator, stepping = self._slacks
+        if self._step is None and self.rule is not None and self._dcm is not None:
+            stepping = self.best_step(self._x).slack
+        return regulator, stepping
+
+    def best_step(self, x: Array) -> Lift:
+        """The step that would be taken from the latest stance in a state (4,); changes nothing."""
+        assert self.rule is not None
+        assert self._heading is not None
+        return self.rule.lift(self.pendulum.dcm(x), self._positions(), self._heading, SIDES)
+
+    def _positions(self) -> dict[Side, Array]:
+        return {side: foot.position for side, foot in self._feet.items()}
 
     def _anchor(self, observation: Observation) -> None:
         """Take the feet on the floor for where they are, once they have moved."""
-        if self._heading is None:
-            self._heading = 0.5 * (observation.feet["left"].yaw + observation.feet["right"].yaw)
+        swing = None if self._step is None else self._step.lift.side
         for side in SIDES:
-            if self.tracker is not None and self.tracker.swing == side:
+            if side == swing:
                 continue
             state, known = observation.feet[side], self._places.get(side)
             x, y, _ = state.position.tolist()
@@ -132,123 +185,125 @@ class Supervisor:
                 self._feet[side] = self._foot(state)
                 self._places[side] = (x, y)
                 self._inner = None
-        if self.tracker is None and (
+        if swing is None and (
             self.regulator is None or any(self.regulator.feet[side] is not self._feet[side] for side in SIDES)
         ):
-            self.regulator = Regulator.at(self._pendulum, self._gain, dict(self._feet))
-            self._inner = None
+            self.regulator = Regulator.at(self.pendulum, self._gains, dict(self._feet))
         if self._inner is None:
-            self._inner = self._support().shrunk(EDGE)
+            down = [foot for side, foot in self._feet.items() if side != swing]
+            self._inner = support_polygon(down).shrunk(EDGE)
 
-    def _foot(self, state: FootState, *, yaw: float | None = None) -> Foot:
-        heading = state.yaw if yaw is None else yaw
-        return Foot(position=state.position[:2], yaw=heading, sole=self.robot.sole_vertices["left"])
+    def _foot(self, state: FootState) -> Foot:
+        return Foot(position=state.position[:2], yaw=state.yaw, sole=self.robot.sole_vertices["left"])
 
-    def _support(self) -> SupportPolygon:
-        swing = None if self.tracker is None else self.tracker.swing
-        return support_polygon([foot for side, foot in self._feet.items() if side != swing])
+    def _stand(self, observation: Observation, x: Array, dcm: Array) -> None:
+        """Stay with the regulator, or begin a step."""
+        assert self.regulator is not None
+        if not self.decisions:
+            self._note(observation, x, "start")
+        slack = self.regulator.slack(x)
+        ahead = dcm
+        if self.rule is not None:
+            lead = self.options.early_trigger
+            if lead and observation.time - self._landed_at > SETTLING:
+                ahead = dcm + lead * self._rate
+            if slack < 0.0 or self.regulator.slack(self._moved(x, ahead - dcm)) < 0.0:
+                why = "the state left the regulator's set" if slack < 0.0 else "the state is about to leave it"
+                self._lift_off(observation, x, dcm, ahead, why)
+                return
+        gain = self.regulator.choose(x, self._gain)
+        if gain is not self._gain:
+            self._gain = gain
+            self._note(observation, x, f"the stiffest gain whose set holds the state is {gain.name}")
 
-    def _decide(self, observation: Observation, x: Array, regulator_slack: float, tracking_slack: float) -> bool:
-        """Keep who is in charge, or change it; True if something was decided."""
-        before = len(self.decisions)
-        if self.tracker is None:
-            if regulator_slack < 0.0 and self._may_step and self._wait == 0:
-                self._seek(observation, x, "the state left the regulator's set", settle=self._landed is not None)
-            elif not self.decisions:
-                self._note(observation, x, "start")
-        elif self._touched_down(observation):
-            self._land(observation, x)
-        elif self.tracker.finished:
-            self._hand_back(observation, x, "the reference has ended")
-        elif tracking_slack < 0.0 and self._wait == 0:
-            self._seek(observation, x, "the state left the tracking set", settle=True)
-        return len(self.decisions) > before
+    def _moved(self, x: Array, by: Array) -> Array:
+        """State whose DCM is further on."""
+        return x + np.array([by[0], 0.0, by[1], 0.0])
 
-    def _touched_down(self, observation: Observation) -> bool:
-        assert self.tracker is not None
-        swing = self.tracker.swing
-        if swing is None or observation.feet[swing].force < TOUCHDOWN_FORCE:
+    def _lift_off(self, observation: Observation, x: Array, dcm: Array, ahead: Array, why: str) -> None:
+        assert self.rule is not None
+        assert self._heading is not None
+        sides: Sequence[Side] = SIDES
+        if self._landed is not None and observation.time - self._landed_at < JUST_LANDED:
+            sides = (other(self._landed),)
+        positions = self._positions()
+        lift = self.rule.lift(ahead, positions, self._heading, sides)
+        ticks = round(lift.step_time / self.pendulum.dt)
+        stance = positions[other(lift.side)]
+        state = observation.feet[lift.side]
+        self._step = _Step(
+            lift=lift,
+            foot=SwingFoot(
+                state.position, self._heading.yaw, lift.step_time, self.options.swing_height, self.pendulum.dt
+            ),
+            ticks=ticks,
+            left=ticks,
+            aim=self.rule.aim(dcm, stance, state.position[:2], self._heading, lift, ticks, lift.steps),
+        )
+        self.steps += 1
+        self._inner = support_polygon([self._feet[other(lift.side)]]).shrunk(EDGE)
+        self._note(observation, x, why, candidates=lift.candidates)
+
+    def _fly(self, observation: Observation, dcm: Array, step: _Step) -> None:
+        """Aim anew."""
+        assert self.rule is not None
+        assert self._heading is not None
+        if step.left == 0 or step.left == step.ticks:
+            return
+        before = step.aim
+        stance = self._feet[other(step.lift.side)].position
+        aim = self.rule.aim(dcm, stance, step.foot.position[:2], self._heading, step.lift, step.left, before.steps)
+        if not self.options.replan:
+            aim = Aim(foothold=before.foothold, zmp=aim.zmp, steps=aim.steps, slack=aim.slack)
+        step.aim = aim
+        if aim.steps != before.steps or (aim.slack < 0.0) != (before.slack < 0.0):
+            held = "no set holds the state" if aim.slack < 0.0 else f"the set of {aim.steps} steps holds the state"
+            self._note(observation, self._x, f"in the air: {held}")
+
+    def _touched_down(self, observation: Observation, step: _Step) -> bool:
+        if observation.feet[step.lift.side].force < TOUCHDOWN_FORCE:
             return False
-        return self.tracker.time_left <= (1.0 - EARLIEST_TOUCHDOWN) * self.tracker.plan.step_time
+        return step.left <= (1.0 - EARLIEST_TOUCHDOWN) * step.ticks
 
-    def _land(self, observation: Observation, x: Array) -> None:
-        assert self.tracker is not None
-        self._landed, self._landed_at = self.tracker.swing, observation.time
-        self.tracker, self._swing_foot = None, None
-        self._feet, self._places = {}, {}
+    def _land(self, observation: Observation, x: Array, dcm: Array) -> None:
+        assert self._step is not None
+        self._landed, self._landed_at = self._step.lift.side, observation.time
+        self._step = None
+        self._feet, self._places, self._inner = {}, {}, None
         self._anchor(observation)
         assert self.regulator is not None
-        if self.regulator.admissible.slack(x) >= 0.0:
-            self._hand_back(observation, x, f"the {self._landed} foot landed")
+        why = f"the {self._landed} foot landed"
+        if self.rule is not None and self.regulator.slack(x) < 0.0 and self.options.max_steps > 1:
+            self._lift_off(observation, x, dcm, dcm, why)
         else:
-            self._seek(observation, x, f"the {self._landed} foot landed", settle=True)
+            self._gain = self.regulator.choose(x, None)
+            self._note(observation, x, why)
 
-    def _hand_back(self, observation: Observation, x: Array, why: str) -> None:
-        self.tracker, self._swing_foot, self._plan_name = None, None, ""
-        self._anchor(observation)
-        self._note(observation, x, why)
-
-    def _seek(self, observation: Observation, x: Array, why: str, *, settle: bool) -> None:
+    def _note(self, observation: Observation, x: Array, why: str, *, candidates: tuple[Candidate, ...] = ()) -> None:
         assert self.regulator is not None
-        swing = None if self.tracker is None else self.tracker.swing
-        if swing is None and self.regulator.admissible.slack(x) >= 0.0:
-            self._hand_back(observation, x, why)
-            return
-        if swing is None:
-            avoid = self._landed if observation.time - self._landed_at < JUST_LANDED else None
-            choice = self._stepper.from_stance(x, dict(self._feet), settle=settle, avoid=avoid)
-        else:
-            assert self.tracker is not None
-            assert self._swing_foot is not None
-            feet = {**self._feet, swing: self._foot(observation.feet[swing], yaw=self._heading)}
-            choice = self._stepper.from_swing(
-                x, feet, swing, self.tracker.time_left, self._swing_foot.position[:2]
-            )
-        if choice is None:
-            self._wait = PATIENCE
-            self._note(observation, x, f"{why}; no step is within reach")
-            return
-        self._take(observation, x, choice, why, swing)
-
-    def _take(self, observation: Observation, x: Array, choice: Choice, why: str, swing: Side | None) -> None:
-        self.tracker = Tracker(choice.plan, self._gain)
-        self._plan_name = choice.name
-        self._wait = 0 if choice.plan.slack >= 0.0 else PATIENCE
-        lifted = self.tracker.swing
-        if lifted is not None and swing is None:
-            state = observation.feet[lifted]
-            self.steps += 1
-            duration, height = choice.plan.step_time, self.options.swing_height
-            self._swing_foot = SwingFoot(
-                state.position, self._heading or 0.0, duration, height, self._pendulum.dt
-            )
-        self._inner = self._support().shrunk(EDGE)
-        self._note(observation, x, why, choice)
-
-    def _note(self, observation: Observation, x: Array, why: str, choice: Choice | None = None) -> None:
-        assert self.regulator is not None
-        regulator = self.regulator.admissible.slack(x)
-        tracking = math.nan if choice is None else choice.plan.slack
-        explain = self.tracker.explain if self.tracker is not None else self.regulator.admissible.explain
+        slack = self.regulator.slack(x)
+        step = self._step
+        stepping = math.nan if step is None else step.aim.slack
         self.decisions.append(
             Decision(
                 time=observation.time,
                 controller=self.controller,
                 reason=why,
-                regulator_slack=regulator,
-                tracking_slack=tracking,
-                in_regulator_set=regulator >= 0.0,
-                in_tracking_set=tracking >= 0.0,
-                outside_all=regulator < 0.0 and not tracking >= 0.0,
-                candidates=() if choice is None else choice.candidates,
-                plan=self._plan_name,
-                tight=explain(x),
+                regulator_slack=slack,
+                tracking_slack=stepping,
+                in_regulator_set=slack >= 0.0,
+                in_tracking_set=stepping >= 0.0,
+                outside_all=slack < 0.0 and not stepping >= 0.0,
+                candidates=candidates,
+                plan="" if step is None else f"{step.lift.side} {step.lift.step_time:g} s, {step.aim.steps} to do",
+                tight=self.regulator.explain(x),
             )
         )
 
     def _limited(self, zmp: Array, observation: Observation, swing: FootReference | None) -> BalanceCommand:
         assert self._inner is not None
-        lifted = None if self.tracker is None else self.tracker.swing
+        assert self._heading is not None
+        lifted = None if self._step is None else self._step.lift.side
         feet = {
             side: swing
             if swing is not None and side == lifted
@@ -257,10 +312,8 @@ class Supervisor:
                 position=observation.feet[side].position,
                 velocity=_STILL,
                 acceleration=_STILL,
-                yaw=self._heading or 0.0,
+                yaw=self._heading.yaw,
             )
             for side in SIDES
         }
         return BalanceCommand(zmp=self._inner.nearest(zmp), feet=feet)
-
-

@@ -28,6 +28,7 @@ TRUNK_GAINS, POSTURE_GAINS = (100.0, 20.0), (100.0, 20.0)
 # The solver's soles are a little smaller than the real ones, so that what it plans does not tip them.
 SOLE_MARGIN = 0.005
 FRICTION = 0.7
+LAB = dict(limits='', sw=50.0, floor=0.2, so=50.0)
 
 
 class DynamicsWholeBody:
@@ -78,6 +79,14 @@ class DynamicsWholeBody:
         )
         posture.configure("posture", "soft", POSTURE_WEIGHT)
         posture.kp, posture.kd = POSTURE_GAINS
+        if LAB['limits']:
+            for n, v in zip(robot.joint_names, robot.stall_torque, strict=True):
+                self._model.wrapper.set_torque_limit(n, float(v))
+            solver.enable_torque_limits(True)
+        if LAB['limits'] == 'line':
+            for n, v in zip(robot.joint_names, robot.no_load_speed, strict=True):
+                self._model.wrapper.set_velocity_limit(n, float(v))
+            solver.enable_velocity_vs_torque_limits(True)
         self._pose = np.eye(4)
         self._stance: dict[Side, bool | None] = dict.fromkeys(SIDES)
         self._torque = np.zeros(len(robot.joint_names))
@@ -93,6 +102,17 @@ class DynamicsWholeBody:
         self._aim_cog(observation, command.zmp)
         for side in SIDES:
             self._aim_foot(side, command.feet[side], observation.feet[side].position)
+        if LAB['limits'] == 'tick':
+            r = self._robot
+            share = np.maximum(1.0 - np.abs(observation.velocity[6:]) / r.no_load_speed, LAB['floor'])
+            for n, v in zip(r.joint_names, (r.stall_torque * share).tolist(), strict=True):
+                self._model.wrapper.set_torque_limit(n, v)
+        if LAB['limits'] == 'sign':
+            r = self._robot
+            v = observation.velocity[6:]
+            share = np.where(v * self._torque > 0.0, np.maximum(1.0 - np.abs(v) / r.no_load_speed, LAB['floor']), 1.0)
+            for n, w in zip(r.joint_names, (r.stall_torque * share).tolist(), strict=True):
+                self._model.wrapper.set_torque_limit(n, w)
         torque = self._solve()
         if torque is not None:
             self._torque = torque
@@ -134,6 +154,7 @@ class DynamicsWholeBody:
         if self._stance[side] is not reference.stance:
             self._stance[side] = reference.stance
             self._contacts[side].active = reference.stance
+            self._feet[side].configure(f"{side}_foot", "soft", *((FOOT_WEIGHT, FOOT_WEIGHT) if reference.stance else (LAB['sw'], LAB['so'])))
             position.kp, position.kd = STANCE_POSITION if reference.stance else SWING_POSITION
             orientation.kp, orientation.kd = STANCE_ORIENTATION if reference.stance else SWING_ORIENTATION
         position.dtarget_world = reference.velocity

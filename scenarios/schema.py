@@ -107,21 +107,29 @@ Gain = Annotated[
 
 
 class Stepping(Strict):
-    """What steps may be planned.
+    """How the robot steps.
 
     Attributes:
-        step_times: durations of a step [s], tried in this order.
-        max_steps: most steps in one plan.
-        zmp_margin: distance that a plan keeps between the ZMP and the edge of the support [m].
+        rule: "sets" decides by the N-step MOA sets, "polygon" by the capture point and the feet's hull alone.
+        step_times: durations of a step to choose among [s], whole control periods; "polygon" takes the first.
+        max_steps: most steps that the sets look ahead; 1 also means that no step follows another at once.
+        zmp_margin: distance that the ZMP keeps from the edges of the stance sole [m].
         max_stride: longest way of a foot from beside the other one [m].
         swing_height: highest point of the swing foot's sole over the floor [m].
+        replan: whether foothold and ZMP are chosen anew at every tick; else the foothold stays that of the lift-off.
+        early_trigger: how far ahead the DCM is extrapolated to see whether a step will be needed [s]; 0 not at all.
+        angular_momentum: whether the spin of the body counts as part of the state that the sets are asked for.
     """
 
-    step_times: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)] = (0.15, 0.2)
-    max_steps: int = Field(default=3, ge=1)
-    zmp_margin: NotNegative = 0.005
-    max_stride: Positive = 0.2
-    swing_height: Positive = 0.03
+    rule: Literal["sets", "polygon"] = "sets"
+    step_times: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)] = (0.12, 0.15, 0.18)
+    max_steps: int = Field(default=8, ge=1, le=20)
+    zmp_margin: NotNegative = 0.008
+    max_stride: Positive = 0.28
+    swing_height: Positive = 0.04
+    replan: bool = True
+    early_trigger: NotNegative = 0.1
+    angular_momentum: bool = True
 
 
 class Variation(Strict):

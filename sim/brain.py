@@ -9,10 +9,15 @@ from controllers.gains import Gain
 from controllers.pendulum import Pendulum
 from controllers.signals import BalanceCommand, Controller, Decision, Observation
 from controllers.statue import Statue
-from controllers.stepper import SteppingOptions, step_limits
+from controllers.step_rule_polygon import PolygonRule
+from controllers.step_rule_sets import SetRule
+from controllers.step_rules import SteppingOptions, StepRule, step_limits
 from controllers.supervisor import Supervisor
 from models.robot import Robot
 from scenarios.schema import DcmGain, LqrGain, Scenario
+
+# DCM gain of the softest regulator, which is given up last: its set ends at 1 / 1.2 of the limit without a step.
+SOFTEST = 1.2
 
 
 class Brain(Protocol):
@@ -52,14 +57,33 @@ def make_brain(scenario: Scenario, robot: Robot) -> Brain:
     pendulum = Pendulum(robot.omega, scenario.timing.control)
     if scenario.controller == "statue":
         return Statue(robot, pendulum)
+    options = make_options(scenario, robot)
+    gain = make_gain(scenario, pendulum)
+    if scenario.controller == "regulator":
+        return Supervisor(robot, pendulum, (gain,), options, None)
+    softest = gains.dcm(pendulum, min(SOFTEST, scenario.gain.k if isinstance(scenario.gain, DcmGain) else SOFTEST))
+    bank = (gain,) if gain.name == softest.name else (gain, softest)
+    rule: StepRule
+    if options.rule == "sets":
+        rule = SetRule(
+            robot, pendulum, options, min(SOFTEST, scenario.gain.k if isinstance(scenario.gain, DcmGain) else SOFTEST)
+        )
+    else:
+        rule = PolygonRule(robot, pendulum, options)
+    return Supervisor(robot, pendulum, bank, options, rule)
+
+
+def make_options(scenario: Scenario, robot: Robot) -> SteppingOptions:
+    """How a scenario's robot steps."""
     stepping = scenario.stepping
-    options = SteppingOptions(
+    return SteppingOptions(
+        rule=stepping.rule,
         step_times=stepping.step_times,
         max_steps=stepping.max_steps,
         zmp_margin=stepping.zmp_margin,
         swing_height=stepping.swing_height,
+        replan=stepping.replan,
+        early_trigger=stepping.early_trigger,
+        angular_momentum=stepping.angular_momentum,
         limits=step_limits(robot, stepping.max_stride),
-    )
-    return Supervisor(
-        robot, pendulum, make_gain(scenario, pendulum), options, may_step=scenario.controller == "supervisor"
     )

@@ -73,6 +73,7 @@ class PendulumWorld:
             time=self.time,
             cog=np.array([x[0], x[2], self.robot.cog_height]),
             cog_velocity=np.array([x[1], x[3], 0.0]),
+            angular_momentum=np.zeros(3),
             zmp=self._zmp.copy(),
             feet={
                 side: FootState(

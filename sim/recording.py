@@ -189,10 +189,7 @@ class Recording:
                 continue
             ended: dict[str, Any] = {"velocity": tuple(observation.cog_velocity.tolist())}
             if isinstance(brain, Supervisor):
-                regulator, tracking = brain.slacks
-                if math.isnan(tracking):
-                    choice = brain.best_step(x)
-                    tracking = -math.inf if choice is None else choice.plan.slack
+                regulator, tracking = brain.foretell()
                 ended |= {"regulator_slack": regulator, "tracking_slack": tracking}
                 last = index == len(self._scenario.pushes) - 1
                 if self._polygons and (last or not regulator >= 0.0):

@@ -166,6 +166,7 @@ class HumanoidWorld:
             time=self.time,
             cog=data.subtree_com[self._trunk].copy(),
             cog_velocity=data.subtree_linvel[self._trunk].copy(),
+            angular_momentum=data.subtree_angmom[self._trunk].copy(),
             zmp=np.array([moment_x / total, moment_y / total] if loaded else [math.nan, math.nan]),
             feet=feet,
             configuration=data.qpos.copy(),
