@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,7 +18,36 @@ from models.robot import other
 _KNOT = 0.025
 
 
-def walk_reference(
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Stride:
+    """One foot of a walk in the air.
+
+    Attributes:
+        side: which.
+        lift, landing: ticks k; it carries no weight from the one on and carries it again from the other on.
+        foothold: where it lands.
+    """
+
+    side: Side
+    lift: int
+    landing: int
+    foothold: Foot
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class WalkPlan:
+    """A reference with the feet that it stands on.
+
+    Attributes:
+        reference: xi, mu and supports (26).
+        strides: in order of time, with both feet on the floor before, between and after them.
+    """
+
+    reference: Reference
+    strides: tuple[Stride, ...]
+
+
+def walk_plan(
     pendulum: Pendulum,
     feet: Mapping[Side, Foot],
     stride: float = 0.1,
@@ -27,7 +57,7 @@ def walk_reference(
     double_support: float = 0.1,
     first: Side = "right",
     zmp_margin: float = 0.005,
-) -> Reference:
+) -> WalkPlan:
     """Walk straight ahead from rest to rest (Section IV-C); the last step closes the feet.
 
     Each step of `step_time` begins and ends with `double_support`, so a step from rest can shift the COG
@@ -54,7 +84,7 @@ def walk_reference(
     down = dict(feet)
     middle = 0.5 * (feet["left"].position + feet["right"].position)
     x0, rests = pendulum.rest(middle), middle
-    phases, supports, lasts = [], [], []
+    phases, supports, lasts, strides = [], [], [], []
 
     def hold(on: Sequence[Foot], ticks: int, rest: np.ndarray, goal: np.ndarray) -> None:
         polygon, knots = support_polygon(on), knot_ticks(ticks, knot)
@@ -75,6 +105,8 @@ def walk_reference(
         beside = feet[side].position - feet[other(side)].position
         ahead = (0.0 if step == steps - 1 else stride) - beside @ heading
         down[side] = down[side].moved(stance.position + beside + ahead * heading)
+        landing = sum(lasts)
+        strides.append(Stride(side=side, lift=landing - single, landing=landing, foothold=down[side]))
         goal = 0.5 * (down["left"].position + down["right"].position)
         hold(list(down.values()), double, stance.position, goal)
         side, rests = other(side), goal
@@ -90,7 +122,7 @@ def walk_reference(
     )
     if solution.margin < 0.0:
         raise PlanningError(f"the walk leaves its supports by {-solution.margin:.3g} m at best")
-    return Reference(
+    reference = Reference(
         pendulum=pendulum,
         xi=solution.xi,
         mu=solution.mu,
@@ -98,3 +130,4 @@ def walk_reference(
         support_of=np.repeat(np.arange(len(lasts)), lasts),
         final=supports[-1],
     )
+    return WalkPlan(reference=reference, strides=tuple(strides))

@@ -11,7 +11,7 @@ from scenarios.fields import WHOLE, NotNegative, Positive, Strict, conflict, sna
 from scenarios.push import Push
 
 World = Literal["humanoid", "pendulum"]
-Controller = Literal["supervisor", "regulator", "statue"]
+Controller = Literal["supervisor", "paper", "regulator", "statue"]
 WholeBody = Literal["dynamics", "ik"]
 
 
@@ -167,7 +167,7 @@ class Scenario(Strict):
         description: one line.
         robot: name of a file of `models/`, or a path to an `.xml` file.
         world: what is simulated.
-        controller: who answers the pushes.
+        controller: who answers the pushes: "paper" by one fixed stepping reference; "regulator" and "statue" never step.
         whole_body: how the balance command becomes joint targets.
         duration: length of the episode [s].
         seed: of everything that is drawn.

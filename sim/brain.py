@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from controllers import gains
 from controllers.gains import Gain
+from controllers.paper import PaperSupervisor
 from controllers.pendulum import Pendulum
 from controllers.signals import BalanceCommand, Controller, Decision, Observation
 from controllers.statue import Statue
@@ -42,6 +43,19 @@ class Brain(Protocol):
         """One control tick: what the body shall do, given what is seen."""
 
 
+@runtime_checkable
+class Foreteller(Protocol):
+    """A brain that lives by sets, whose word is recorded."""
+
+    @property
+    def slacks(self) -> tuple[float, float]:
+        """Signed slack of the last tick's state in the regulator's sets and in those of the steps under way; NaN for
+        none."""
+
+    def foretell(self) -> tuple[float, float]:
+        """The same, with the steps that could be begun where none is under way."""
+
+
 def make_gain(scenario: Scenario, pendulum: Pendulum) -> Gain:
     """The feedback F of a scenario."""
     gain = scenario.gain
@@ -57,8 +71,10 @@ def make_brain(scenario: Scenario, robot: Robot) -> Brain:
     pendulum = Pendulum(robot.omega, scenario.timing.control)
     if scenario.controller == "statue":
         return Statue(robot, pendulum)
-    options = make_options(scenario, robot)
     gain = make_gain(scenario, pendulum)
+    if scenario.controller == "paper":
+        return PaperSupervisor(robot, pendulum, gain, scenario.stepping.swing_height)
+    options = make_options(scenario, robot)
     if scenario.controller == "regulator":
         return Supervisor(robot, pendulum, (gain,), options, None)
     softest = gains.dcm(pendulum, min(SOFTEST, scenario.gain.k if isinstance(scenario.gain, DcmGain) else SOFTEST))

@@ -110,7 +110,9 @@ def run(
     world: Annotated[World | None, typer.Option(help="What is pushed: the whole body, or its model.")] = None,
     controller: Annotated[
         Controller | None,
-        typer.Option(help="supervisor steps when it must, regulator never steps, statue holds still."),
+        typer.Option(
+            help="supervisor steps when it must, paper by one fixed reference, regulator never, statue holds still."
+        ),
     ] = None,
     whole_body: Annotated[WholeBody | None, typer.Option(help="From balance to joints.")] = None,
     seed: Annotated[

@@ -21,7 +21,11 @@ from sim.wording import case_words, first_words, fixed
 ENVELOPE = "envelope.png"
 _KINDS = (".png", ".svg")
 _DPI = 200
-_NULL = {"regulator": "regulator (never steps)", "statue": "statue (holds still)"}
+_WORDS = {
+    "paper": "paper (one fixed reference)",
+    "regulator": "regulator (never steps)",
+    "statue": "statue (holds still)",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +102,7 @@ def envelope_table(shown: ShownCase, summary: dict[str, Any]) -> str:
         cells = [fixed(own[way].over_omega_d, capped=own[way].capped) if way in own else "" for way in directions]
         cells += [f"**{fixed(_mean(scaled), capped=capped)}**", fixed(min(scaled, default=None))]
         cells += [fixed(_mean(froude), 3, capped=capped), str(_holes(summary, name, own))]
-        lines.append(f"| {_NULL.get(name, name)} | " + " | ".join(cells) + " |")
+        lines.append(f"| {_WORDS.get(name, name)} | " + " | ".join(cells) + " |")
     note = [] if summary["first"] is None else ["", first_words(summary["first"])]
     return "\n".join([*lines, *note])
 

@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.signals import BalanceCommand, Controller, Decision, Observation
-from controllers.supervisor import Supervisor
 from controllers.support import Foot, SupportPolygon, support_polygon
 from models.arena import SIDES
 from models.robot import Robot
 from scenarios.schema import Scenario
-from sim.brain import Brain
+from sim.brain import Brain, Foreteller
 from sim.motors import MotorLog, MotorUse
 from sim.outcome import EarlyEnd
 from sim.plant import Condition, Effort, Plant
@@ -40,10 +39,11 @@ class PushRecord:
         delta_v: asked impulse / mass [m/s].
         delta_v_over_omega: the same as a distance, for comparison with the distance to the edge of the feet [m].
         cog_velocity_after: (3,) at its end [m/s].
-        regulator_slack, tracking_slack: signed slack of the sets at its end [m of ZMP]: of the regulator of the latest
-            double support, and of the tracker in charge or, under the regulator, of the best step from there.
+        regulator_slack, tracking_slack: signed slack of the sets at its end: of the regulator of the latest double
+            support [m of ZMP], and of the steps under way or, under the regulator, of the best from there [m of DCM;
+            of ZMP for the paper's reference].
         in_regulator_set, in_tracking_set: the same as membership.
-        chosen: who answered: "tracker" if it took over before the next push, else the controller in charge.
+        chosen: who answered: "tracker" if it took over before the next push, else who was in charge at its start.
         reached: whether the episode lasted until its end.
     """
 
@@ -91,6 +91,8 @@ class Recording:
         self._ended: dict[int, dict[str, Any]] = {}
         self._support: tuple[list[float], SupportPolygon] | None = None
         self._row = np.empty(0)
+        self._brain: Brain | None = None
+        self._foreteller: Foreteller | None = None
         self._motors = MotorLog(robot, scenario.ticks if joints else 0)
 
     def see(self, observation: Observation, condition: Condition, command: BalanceCommand, brain: Brain) -> bool:
@@ -114,8 +116,11 @@ class Recording:
         row[at.tilt + 1] = condition.other_contact
         row[at.controller] = brain.controller.value
         row[at.controller + 1] = brain.steps
-        if isinstance(brain, Supervisor):
-            row[at.slack : at.slack + 2] = brain.slacks
+        if brain is not self._brain:
+            # Asking a protocol takes 40 us.
+            self._brain, self._foreteller = brain, brain if isinstance(brain, Foreteller) else None
+        if self._foreteller is not None:
+            row[at.slack : at.slack + 2] = self._foreteller.slacks
         row[at.slack + 2] = self._support_slack(observation)
         if at.root is not None:
             row[at.root :] = observation.configuration
@@ -161,6 +166,7 @@ class Recording:
             stepped = any(
                 push.start <= d.time < until and d.controller is Controller.TRACKER and d.plan for d in decisions
             )
+            in_charge = next((d.controller for d in reversed(decisions) if d.time <= push.start), brain.controller)
             asked = float(np.linalg.norm(push.impulse_vector(self._robot.mass)))
             records.append(
                 PushRecord(
@@ -177,7 +183,7 @@ class Recording:
                     tracking_slack=ended.get("tracking_slack"),
                     in_regulator_set=_member(ended.get("regulator_slack")),
                     in_tracking_set=_member(ended.get("tracking_slack")),
-                    chosen="tracker" if stepped else _name(brain.controller, stepping=False),
+                    chosen=_name(in_charge, stepping=stepped),
                     reached=index in self._ended,
                 )
             )
@@ -188,8 +194,8 @@ class Recording:
             if index in self._ended or observation.time < push.end - 1e-9:
                 continue
             ended: dict[str, Any] = {"velocity": tuple(observation.cog_velocity.tolist())}
-            if isinstance(brain, Supervisor):
-                regulator, tracking = brain.foretell()
+            if self._foreteller is not None:
+                regulator, tracking = self._foreteller.foretell()
                 ended |= {"regulator_slack": regulator, "tracking_slack": tracking}
                 last = index == len(self._scenario.pushes) - 1
                 if self._polygons and (last or not regulator >= 0.0):

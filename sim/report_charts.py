@@ -168,7 +168,7 @@ def slack_plot(world: str, rows: Sequence[Row], section: dict[str, Any]) -> Pict
         axes.set_ylim(-0.12, 1.12)
         axes.set_yticks(np.linspace(0, 1, 6), [f"{tick} %" for tick in range(0, 101, 20)])
         axes.grid(axis="y")
-        axes.set_xlabel("signed slack at the end of the push [mm of ZMP]")
+        axes.set_xlabel("signed slack at the end of the push [mm]")
         axes.set_ylabel("recovered")
         axes.set_title(world, fontsize=10, fontweight="bold", pad=16)
         return picture(figure, f"Recovery by signed slack in the {world} world, {len(pairs)} episodes.")

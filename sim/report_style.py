@@ -12,11 +12,11 @@ import matplotlib as mpl
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from sim.palette import REGULATOR, STATUE, TRACKER
+from sim.palette import PAPER, REGULATOR, STATUE, TRACKER
 
 INK, FAINT, SOFT = "#22262b", "#8a9099", "#5b626b"
-COLOURS = {"supervisor": TRACKER, "regulator": REGULATOR, "statue": STATUE}
-MARKERS = {"supervisor": "o", "regulator": "s", "statue": "^"}
+COLOURS = {"supervisor": TRACKER, "paper": PAPER, "regulator": REGULATOR, "statue": STATUE}
+MARKERS = {"supervisor": "o", "paper": "D", "regulator": "s", "statue": "^"}
 WIDTH = 4.1
 """Of a picture [in]; 394 px, so that letters keep their size on a phone."""
 NARROW = 3.3

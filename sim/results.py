@@ -62,7 +62,7 @@ PARAMETERS: Mapping[str, Column] = MappingProxyType(
     {
         "robot": _text("name of a robot or path of its file"),
         "world": _text("humanoid or pendulum"),
-        "controller": _text("supervisor, regulator or statue"),
+        "controller": _text("supervisor, paper, regulator or statue"),
         "whole_body": _text("dynamics or ik"),
         "body": _text("where the push acts; cog is every body by its mass"),
         "direction_deg": _number(

@@ -7,12 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from controllers.paper import STEP_TIME, STRIDE
 from models.robot import Robot
 from sim.recording import robot_facts
 from sim.set_figures_planes import draw_plane_of_walk, draw_walk
 from sim.set_figures_push import draw_push_course, draw_push_sets, run_pushes
 from sim.set_figures_solid import draw_solid
-from sim.set_figures_walk import STEP_TIME, STEPS, STRIDE, Walk, plan_walk
+from sim.set_figures_walk import STEPS, Walk, plan_walk
 from sim.versions import commit, versions
 
 NUMBERS = "figures.json"

@@ -26,7 +26,7 @@ _STANDING = 1e-3  # [m/s]
 
 def draw_walk(walk: Walk) -> Figure:
     """Fig. 4: snapshots from above, and COG, ZMP, feet and support over time."""
-    reference, course = walk.reference, feet_course(walk.reference, walk.feet)
+    reference, course = walk.reference, feet_course(walk)
     figure = Figure(figsize=(14.0, 9.0), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     _title(figure, "Fig. 4  Referential trajectory of the walk", _setting(walk), 0.963)

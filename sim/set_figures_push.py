@@ -11,102 +11,20 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from controllers.regulator import Regulator
-from controllers.signals import BalanceCommand, Controller, Decision, FootReference, Observation
-from controllers.support import Foot
-from models.arena import SIDES, Side
+from controllers.paper import PaperSupervisor
 from models.robot import Robot
 from scenarios.schema import Scenario
 from sim.course import draw_course
 from sim.episode import EpisodeResult, run_episode
 from sim.palette import COG, PUSH, REGULATOR, TRACKER
 from sim.playback import Playback
-from sim.set_figures_walk import DT, Outline, Walk, feet_course, plan_walk, regulator_outline, tracking_outline
+from sim.set_figures_walk import DT, SWING_HEIGHT, Outline, Walk, plan_walk, regulator_outline, tracking_outline
 
 Array = NDArray[np.float64]
 
 STARTS = (3.0, 6.0, 9.0)
 # Of the regulator's own limit; the third is as far beyond it as it is from the tracker's.
 _SHARES = (0.5, 0.9)
-_STILL = np.zeros(3)
-
-
-class OneReference:
-    """The paper's controller: the regulator in its set, else the tracker of one reference from rest if in that.
-
-    Attributes:
-        decisions: what was decided so far.
-        steps: steps begun so far.
-    """
-
-    def __init__(self, robot: Robot, walk: Walk) -> None:
-        self._robot, self._first = robot, walk
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the last episode."""
-        self.decisions: list[Decision] = []
-        self.steps = 0
-        self._k: int | None = None
-        self._stand(self._first)
-
-    @property
-    def controller(self) -> Controller:
-        """Who is in charge."""
-        return Controller.REGULATOR if self._k is None else Controller.TRACKER
-
-    def command(self, observation: Observation) -> BalanceCommand:
-        """One control tick."""
-        x, walk = observation.balance_state(), self._walk
-        if self._k is not None and self._k == walk.reference.m:
-            down = {side: self._foot(observation, side) for side in SIDES}
-            self._stand(plan_walk(self._robot, steps=2, feet=down))
-            self._k, walk = None, self._walk
-            self._note(observation.time, x, "the reference has ended")
-        elif self._k is None and not walk.regulator.contains(x) and walk.sets.contains(0, x):
-            self._k = 0
-            self._note(observation.time, x, "the state left the regulator's set")
-        k = 0 if self._k is None else self._k
-        zmp = self._regulator.zmp(x)
-        if self._k is not None:
-            zmp = walk.reference.mu[k] + walk.gain.F @ (walk.reference.xi[k] - x)
-            lifts = [k > 0 and self._feet.down[side][k - 1] and not self._feet.down[side][k] for side in SIDES]
-            self.steps += sum(lifts)
-            self._k = k + 1
-        after = k if self._k is None else self._k
-        feet = {
-            side: FootReference(
-                stance=bool(self._k is None or self._feet.down[side][k]),
-                position=self._feet.position[side][after],
-                velocity=_STILL,
-                acceleration=_STILL,
-                yaw=observation.feet[side].yaw,
-            )
-            for side in SIDES
-        }
-        return BalanceCommand(zmp=zmp, feet=feet)
-
-    def _stand(self, walk: Walk) -> None:
-        self._walk = walk
-        self._feet = feet_course(walk.reference, walk.feet)
-        self._regulator = Regulator.at(walk.pendulum, walk.gain, dict(walk.feet))
-
-    def _foot(self, observation: Observation, side: Side) -> Foot:
-        return self._walk.feet[side].moved(observation.feet[side].position[:2])
-
-    def _note(self, time: float, x: Array, reason: str) -> None:
-        regulator, tracking = self._walk.regulator.slack(x), self._walk.sets.slack(0, x)
-        self.decisions.append(
-            Decision(
-                time=time,
-                controller=self.controller,
-                reason=reason,
-                regulator_slack=regulator,
-                tracking_slack=tracking,
-                in_regulator_set=regulator >= 0.0,
-                in_tracking_set=tracking >= 0.0,
-            )
-        )
 
 
 def run_pushes(robot: Robot) -> tuple[Walk, EpisodeResult]:
@@ -130,6 +48,7 @@ def run_pushes(robot: Robot) -> tuple[Walk, EpisodeResult]:
         {
             "description": "Section V: three pushes forward, the third outside the regulator's set",
             "world": "pendulum",
+            "controller": "paper",
             "duration": 12.0,
             "timing": {"physics": DT, "control": DT},
             "gain": {"kind": "lqr", "q": [1.0, 1.0], "r": 1.0},
@@ -137,7 +56,9 @@ def run_pushes(robot: Robot) -> tuple[Walk, EpisodeResult]:
             "pushes": pushes,
         }
     )
-    return walk, run_episode(scenario, brain=OneReference(robot, walk), polygons=False)
+    # As in the paper the ZMP may go up to the edges of the feet.
+    brain = PaperSupervisor(robot, walk.pendulum, walk.gain, SWING_HEIGHT, edge=0.0)
+    return walk, run_episode(scenario, brain=brain, robot=robot, polygons=False)
 
 
 def _largest_jump(S: Array, a: Array, x: Array) -> float:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from controllers.moa import MoaSet, regulator_set
+from controllers.paper import STRIDE
 from controllers.support import support_polygon
 from sim.palette import REGULATOR, SUPPORT, rgb
-from sim.set_figures_walk import STRIDE, Walk
+from sim.set_figures_walk import Walk
 
 Array = NDArray[np.float64]
 

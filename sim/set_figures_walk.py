@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 
 from controllers.gains import Gain, lqr
 from controllers.moa import MoaSet, regulator_set
+from controllers.paper import FIRST, STEP_TIME, STRIDE
 from controllers.pendulum import Pendulum
 from controllers.polytope import Polytope, polygon_area
 from controllers.reference import Reference
 from controllers.support import Foot, support_polygon
 from controllers.tracking_sets import TrackingSets, tracking_sets
-from controllers.walk import walk_reference
+from controllers.walk import Stride, walk_plan
 from models.arena import SIDES, Side
-from models.robot import Robot, other
+from models.robot import Robot
 
 Array = NDArray[np.float64]
 Kind = Literal["projection", "slice"]
 T = TypeVar("T")
 
-# Section IV-C: period, duration of a step, stride, and the weights of the LQR (Q = I, R = 1).
-DT, STEP_TIME, STRIDE, STEPS = 0.005, 0.5, 0.1, 4
+# Section IV-C: period and number of steps; the weights of the LQR are Q = I, R = 1.
+DT, STEPS = 0.005, 4
 PLANES: dict[str, tuple[int, int]] = {"x-xdot": (0, 1), "y-ydot": (2, 3)}
 SWING_HEIGHT = 0.03
-_FIRST: Side = "right"
 _REPEATS = 5
 
 
@@ -40,6 +40,7 @@ class Walk:
     Attributes:
         robot, pendulum, gain, feet: whose walk it is, and where the feet stand at first.
         reference: xi, mu and supports (26).
+        strides: where and when the feet land.
         regulator: MOA set of the regulator at the first stance (21)-(24).
         terminal: the same at the last stance.
         sets: tracking sets kO_inf of all phases (28)-(41).
@@ -51,6 +52,7 @@ class Walk:
     gain: Gain
     feet: Mapping[Side, Foot]
     reference: Reference
+    strides: tuple[Stride, ...]
     regulator: MoaSet
     terminal: MoaSet
     sets: TrackingSets
@@ -81,11 +83,11 @@ def standing_feet(robot: Robot) -> dict[Side, Foot]:
     }
 
 
-def plan_walk(robot: Robot, *, steps: int = STEPS, feet: Mapping[Side, Foot] | None = None) -> Walk:
-    """Plan the walk of Section IV-C and compute its sets; `feet` other than in the robot's stand if given."""
+def plan_walk(robot: Robot, *, steps: int = STEPS) -> Walk:
+    """Plan the walk of Section IV-C from the robot's stand, and compute its sets."""
     pendulum = Pendulum(robot.omega, DT)
     gain = lqr(pendulum, (1.0, 1.0), 1.0)
-    feet = standing_feet(robot) if feet is None else feet
+    feet = standing_feet(robot)
     middle = 0.5 * (feet["left"].position + feet["right"].position)
     stance = support_polygon([feet["left"], feet["right"]])
     timings: dict[str, float] = {}
@@ -95,12 +97,13 @@ def plan_walk(robot: Robot, *, steps: int = STEPS, feet: Mapping[Side, Foot] | N
         return result
 
     regulator = timed("regulator_set", lambda: regulator_set(pendulum, gain, stance, middle))
-    reference = timed("reference", lambda: walk_reference(pendulum, feet, STRIDE, steps, STEP_TIME, first=_FIRST))
+    plan = timed("reference", lambda: walk_plan(pendulum, feet, STRIDE, steps, STEP_TIME, first=FIRST))
+    reference = plan.reference
     terminal = regulator_set(pendulum, gain, reference.final, centre=reference.xi[-1, 0::2])
     sets = timed("tracking_sets", lambda: tracking_sets(pendulum, gain, reference, terminal))
     return Walk(
-        robot=robot, pendulum=pendulum, gain=gain, feet=dict(feet), reference=reference, regulator=regulator,
-        terminal=terminal, sets=sets, timings_ms=timings,
+        robot=robot, pendulum=pendulum, gain=gain, feet=feet, reference=reference, strides=plan.strides,
+        regulator=regulator, terminal=terminal, sets=sets, timings_ms=timings,
     )  # fmt: skip
 
 
@@ -147,33 +150,19 @@ class FeetCourse:
     down: dict[Side, NDArray[np.bool_]]
 
 
-def feet_course(reference: Reference, feet: Mapping[Side, Foot]) -> FeetCourse:
-    """Feet under a `walk_reference` of parallel feet, read off its supports: double, single, double a step."""
-    m = reference.m
-    position = {side: np.tile([*feet[side].position, 0.0], (m + 1, 1)) for side in SIDES}
+def feet_course(walk: Walk) -> FeetCourse:
+    """The feet of a walk in the air and on the floor."""
+    m = walk.reference.m
+    position = {side: np.tile([*walk.feet[side].position, 0.0], (m + 1, 1)) for side in SIDES}
     down = {side: np.ones(m + 1, dtype=bool) for side in SIDES}
-    side = _FIRST
-    for phase in range(1, len(reference.supports), 3):
-        ticks = np.flatnonzero(reference.support_of == phase)
-        landing = _outer_foot(reference.supports[phase + 1].vertices, side, feet[side])
-        start = position[side][ticks[0], :2].copy()
-        progress = (ticks - ticks[0]) / len(ticks)
+    for stride in walk.strides:
+        ticks, path = np.arange(stride.lift, stride.landing), position[stride.side]
+        start, landing = path[stride.lift, :2].copy(), stride.foothold.position
+        progress = (ticks - stride.lift) / len(ticks)
         # At rest when it leaves the floor and when it comes back.
         way = progress**3 * (10.0 - 15.0 * progress + 6.0 * progress**2)
-        position[side][ticks, :2] = start + way[:, None] * (landing - start)
-        position[side][ticks, 2] = 16.0 * SWING_HEIGHT * (progress * (1.0 - progress)) ** 2
-        position[side][ticks[-1] + 1 :, :2] = landing
-        down[side][ticks] = False
-        side = other(side)
+        path[ticks, :2] = start + way[:, None] * (landing - start)
+        path[ticks, 2] = 16.0 * SWING_HEIGHT * (progress * (1.0 - progress)) ** 2
+        path[stride.landing :, :2] = landing
+        down[stride.side][ticks] = False
     return FeetCourse(position=position, down=down)
-
-
-def _outer_foot(hull: Array, side: Side, foot: Foot) -> Array:
-    """Position (2,) of the foot whose outer edge bounds a hull of two parallel feet."""
-    outward = 1.0 if side == "left" else -1.0
-
-    def edge(points: Array) -> Array:
-        reach = outward * points[:, 1]
-        return np.asarray(points[reach > reach.max() - 1e-9].mean(axis=0))
-
-    return edge(hull) - edge(foot.vertices) + foot.position

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -10,12 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.moa import regulator_set
-from controllers.parametric_slice import admissible_slice
-from controllers.polytope import EmptyPolytopeError
+from controllers.paper import PaperSupervisor
+from controllers.pendulum import Pendulum
+from controllers.polytope import EmptyPolytopeError, Polytope
+from controllers.regulator import Regulator
+from controllers.step_rule_sets import SetRule
+from controllers.step_rules import Heading
 from controllers.supervisor import Supervisor
+from models.robot import Robot, other
+from sim.brain import Brain
 
 Array = NDArray[np.float64]
 Plane = Literal["x-xdot", "y-ydot"]
+Name = Literal["regulator", "tracking"]
 
 PLANES: dict[Plane, tuple[int, int]] = {"x-xdot": (0, 1), "y-ydot": (2, 3)}
 
@@ -25,14 +33,14 @@ class SetPolygon:
     """A set of states as it was when a push had ended, cut down to a plane.
 
     Attributes:
-        name: whose maximal output admissible set it is.
+        name: whose maximal output admissible set it is: "tracking" is of the steps.
         push: number of the push, from 1.
         plane: its axes; position [m] and velocity [m/s] of the COG in the world, relative to nothing.
         kind: "slice" at the other axis' measured state, or "projection" over all of its states.
         vertices: (n, 2) in order around it; n = 0 if the set is empty there.
     """
 
-    name: Literal["regulator", "tracking"]
+    name: Name
     push: int
     plane: Plane = "x-xdot"
     kind: Literal["slice", "projection"]
@@ -47,43 +55,83 @@ class SetPolygon:
 
 
 def admissible_polygons(
-    supervisor: Supervisor, x: Array, *, push: int, planes: Sequence[Plane] = ("x-xdot",)
+    brain: Brain, x: Array, *, push: int, planes: Sequence[Plane] = ("x-xdot",)
 ) -> tuple[SetPolygon, ...]:
     """Slices of the regulator's set and of the steppers' set through a state.
 
-    The regulator's is that of the latest double support. The steppers' is that of the best first step from there: all
-    states from which a reference that starts at the state itself keeps the ZMP inside, so that it is a member of that
-    reference's tracking set with no error.
+    The regulator's is that of the softest gain, in the latest double support. The steppers' is that of the best step
+    from there: of its number of steps, its foot and its duration, for sets of different ones make no convex shape
+    together. The paper's reference has one set, that of its present phase.
 
     Args:
-        supervisor: holds the latest stance.
+        brain: holds the latest stance; one without sets has no polygons.
         x: (4,) measured state that the slice goes through.
         push: number of the push, from 1.
         planes: which planes to cut.
     """
-    regulator = supervisor.regulator
-    if regulator is None:
+    if not isinstance(brain, Supervisor | PaperSupervisor) or brain.regulator is None:
         return ()
-    pendulum, reach = regulator.admissible.pendulum, _reach(supervisor)
-    bounded = regulator_set(pendulum, regulator.gain, regulator.polygon, regulator.admissible.centre, bounds=reach)
-    choice = supervisor.best_step(x)
+    reach = _reach(brain.robot)
+    whole: list[tuple[Name, Polytope]] = [("regulator", _regulator(brain.regulator, reach))]
+    if (stepping := _stepping(brain, x)) is not None:
+        whole.append(("tracking", stepping))
     polygons = []
     for plane in planes:
-        axes = PLANES[plane]
-        try:
-            vertices = bounded.in_world().slice(axes, x).vertices()
-        except EmptyPolytopeError:
-            vertices = np.empty((0, 2))
-        polygons.append(SetPolygon(name="regulator", push=push, plane=plane, kind="slice", vertices=vertices))
-        if choice is not None:
-            plan, limits = choice.plan, supervisor.options.limits
-            outline = admissible_slice(
-                pendulum, regulator.feet, plan.swing, plan.step_time, limits, axes=axes, at=x, box=reach
-            )
-            polygons.append(SetPolygon(name="tracking", push=push, plane=plane, kind="slice", vertices=outline))
+        for name, polytope in whole:
+            vertices = _cut(polytope, plane, x, brain.regulator.bank.centre, reach)
+            polygons.append(SetPolygon(name=name, push=push, plane=plane, kind="slice", vertices=vertices))
     return tuple(polygons)
 
 
-def _reach(supervisor: Supervisor) -> tuple[float, float]:
+def dcm_polytope(pendulum: Pendulum, polygon: Polytope, heading: Heading, origin: Array) -> Polytope:
+    """States (4,) whose DCM is in a polygon that is seen from a foot at `origin` (2,) [m]."""
+    c, s = math.cos(heading.yaw), math.sin(heading.yaw)
+    normals = polygon.S @ np.array([[c, s], [-s, c]])
+    return Polytope(
+        S=normals @ np.kron(np.eye(2), [1.0, 1.0 / pendulum.omega]), a=polygon.a + normals @ np.asarray(origin)
+    )
+
+
+def heading_of(regulator: Regulator) -> Heading:
+    """Where a robot faces, by its feet."""
+    return Heading(0.5 * (regulator.feet["left"].yaw + regulator.feet["right"].yaw))
+
+
+def _regulator(regulator: Regulator, reach: tuple[float, float]) -> Polytope:
+    softest = regulator.softest
+    return regulator_set(softest.pendulum, softest.gain, softest.polygon, softest.centre, bounds=reach).in_world()
+
+
+def _stepping(brain: Supervisor | PaperSupervisor, x: Array) -> Polytope | None:
+    """States that the steps hold which are best for x (4,)."""
+    if isinstance(brain, PaperSupervisor):
+        assert brain.tracker is not None
+        tracked = brain.tracker.sets.polytope(brain.tracker.phase)
+        # The rows are of states where the reference was planned.
+        return Polytope(S=tracked.S, a=tracked.a + tracked.S @ (x - brain.seen(x)))
+    if not isinstance(brain.rule, SetRule):
+        return None
+    regulator, lift = brain.regulator, brain.best_step(x)
+    assert regulator is not None
+    stance, sets, heading = other(lift.side), brain.rule.sets, heading_of(regulator)
+    origin = regulator.feet[stance].position
+    swing = heading.local(regulator.feet[lift.side].position, origin)
+    polygon = sets.polygon(lift.steps, stance, lift.step_time, swing, step_time=lift.step_time)
+    return dcm_polytope(sets.pendulum, polygon, heading, origin)
+
+
+def _cut(polytope: Polytope, plane: Plane, x: Array, centre: Array, reach: tuple[float, float]) -> Array:
+    """Corners of a slice within what the legs allow."""
+    axes = PLANES[plane]
+    room, middle = np.full(4, np.inf), np.zeros(4)
+    room[list(axes)], middle[0::2] = reach, centre
+    bounded = polytope.intersect(Polytope.box(middle - room, middle + room))
+    try:
+        return bounded.slice(axes, x).vertices()
+    except EmptyPolytopeError:
+        return np.empty((0, 2))
+
+
+def _reach(robot: Robot) -> tuple[float, float]:
     """Largest offset of the COG that the legs allow [m], and three times the speed whose DCM is that far out [m/s]."""
-    return supervisor.robot.hip_reach, 3.0 * supervisor.robot.omega * supervisor.robot.hip_reach
+    return robot.hip_reach, 3.0 * robot.omega * robot.hip_reach

@@ -26,7 +26,7 @@ _LEGEND = """Δv [m/s]: every push up to it is recovered in 4 of 5 replicas, ≥
 has none larger; ever: the largest ever recovered; Δv/ωd = 1: the no-step limit"""
 FEW = 4
 """Cases that are shown one by one; more are condensed to their means."""
-_ORDER = ("supervisor", "regulator", "statue")
+_ORDER = ("supervisor", "paper", "regulator", "statue")
 
 
 def ordered(controllers: Iterable[str]) -> list[str]:

@@ -28,7 +28,11 @@ DENOMINATORS = {
 """What each rate is of."""
 
 # Sets by which each controller lives: the regulator never steps, and the statue obeys no set.
-_LAWS: dict[str, tuple[str, ...]] = {"supervisor": ("regulator", "tracking"), "regulator": ("regulator",)}
+_LAWS: dict[str, tuple[str, ...]] = {
+    "supervisor": ("regulator", "tracking"),
+    "paper": ("regulator", "tracking"),
+    "regulator": ("regulator",),
+}
 _BINS = 6  # at most, on either side of the boundary
 _PER_BIN = 8  # episodes that make a bin worth an interval
 _CENTIMETRES = 100.0
@@ -53,7 +57,7 @@ def predicted_safe(row: Row, moment: Moment = "end", rule: Rule = "law") -> bool
 
 
 def signed_slack(row: Row, moment: Moment = "end") -> float | None:
-    """The largest slack of the sets that count [m of ZMP]; negative outside all of them."""
+    """The largest slack of the sets that count [m, of ZMP or DCM]; negative outside all of them."""
     slacks = [number(row.get(f"{name}_slack_{moment}")) for name in sets_asked(row)]
     finite = [slack for slack in slacks if slack is not None and math.isfinite(slack)]
     return max(finite) if finite else None

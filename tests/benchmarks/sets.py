@@ -12,15 +12,16 @@ from controllers.footholds import StepLimits
 from controllers.gains import dcm, lqr
 from controllers.linear_program import LinearProgram
 from controllers.moa import MoaSet, regulator_set
+from controllers.paper import STRIDE
 from controllers.parametric import parametric_set
 from controllers.pendulum import Pendulum
 from controllers.step_sets import step_sets
 from controllers.step_sets_foothold import choose
 from controllers.support import support_polygon
 from controllers.tracking_sets import tracking_sets
-from controllers.walk import walk_reference
+from controllers.walk import walk_plan
 from models.robot import load_robot
-from sim.set_figures_walk import DT, STRIDE, standing_feet
+from sim.set_figures_walk import DT, standing_feet
 from tests.benchmarks.naive import gilbert_tan, library_set, paper_phase, reduced, rows_with_redundant_ones
 from tests.benchmarks.timing import best_of, in_words, show, table
 from tests.controllers.stepping_plane import best_by_program
@@ -74,7 +75,7 @@ class Bench:
     def tracking(self) -> None:
         """All phases of the walk."""
         pendulum = Pendulum(self.robot.omega, DT)
-        reference = walk_reference(pendulum, self.feet)
+        reference = walk_plan(pendulum, self.feet).reference
         for gain, wanted in ((lqr(pendulum, (1.0, 1.0), 1.0), "≤ 30 ms"), (dcm(pendulum, 1.5), "< 1 ms")):
             terminal = regulator_set(pendulum, gain, reference.final, centre=reference.xi[-1, 0::2])
             sets = tracking_sets(pendulum, gain, reference, terminal)

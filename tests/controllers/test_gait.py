@@ -13,7 +13,7 @@ from controllers.gait import StepPlan, plan_steps
 from controllers.gait_program import PlanningError, knot_ticks
 from controllers.pendulum import Pendulum
 from controllers.support import Foot, support_polygon
-from controllers.walk import walk_reference
+from controllers.walk import walk_plan
 from models.robot import Side
 
 OMEGA = math.sqrt(9.81 / 0.26)
@@ -338,7 +338,7 @@ def test_knots_fill_the_time_and_the_first_takes_the_remainder() -> None:
 @pytest.mark.parametrize("dt", [0.002, 0.005])
 def test_walk_of_section_iv_c(dt: float) -> None:
     pendulum = Pendulum(OMEGA, dt)
-    walk = walk_reference(pendulum, standing())
+    walk = walk_plan(pendulum, standing()).reference
     assert walk.duration == pytest.approx(2.0, abs=1e-12)  # four steps of 0.5 s
     assert walk.margins().min() >= 0.005 - 1e-6
     np.testing.assert_array_equal(walk.xi[0], np.zeros(4))
@@ -355,6 +355,6 @@ def test_walk_of_section_iv_c(dt: float) -> None:
 def test_a_walk_that_cannot_be_is_a_planning_error() -> None:
     # A tick of double support cannot bring the ZMP to one foot before the other is lifted.
     with pytest.raises(PlanningError, match="leaves its supports"):
-        walk_reference(PENDULUM, standing(), double_support=0.002)
+        walk_plan(PENDULUM, standing(), double_support=0.002)
     with pytest.raises(PlanningError, match="single and double"):
-        walk_reference(PENDULUM, standing(), double_support=0.25)
+        walk_plan(PENDULUM, standing(), double_support=0.25)

@@ -120,7 +120,7 @@ def test_step_keeps_the_zmp_within_its_supports() -> None:
 
 
 def test_feet_of_the_walk_span_its_supports(walk: Walk) -> None:
-    course = feet_course(walk.reference, walk.feet)
+    course = feet_course(walk)
     for k in range(walk.reference.m):
         down = [walk.feet[side].moved(course.position[side][k, :2]) for side in SIDES if course.down[side][k]]
         vertices = support_polygon(down).vertices
