@@ -31,11 +31,12 @@ def register(app: typer.Typer, open_scenario: Callable[[str, dict[str, object]],
     @app.command(epilog="Example: okiagari figures --out out/paper")
     def figures(
         out: Annotated[
-            Path, typer.Option(help="Folder for fig2.png to fig7.png and figures.json; same names are replaced.")
+            Path,
+            typer.Option(help="Folder for fig2.png to fig7.png, steps.png and figures.json; same names are replaced."),
         ] = Path("out/figures"),
         robot: Annotated[str, typer.Option(help="Name of a shipped robot, or an .xml file.")] = "utmu2",
     ) -> None:
-        """Draw the paper's figures of the sets, with the numbers behind them."""
+        """Draw the paper's figures of the sets and the N-step sets, with the numbers behind them."""
         from models.robot import load_robot
         from sim.set_figures import NUMBERS, PICTURES, draw_set_figures
 

@@ -1,4 +1,4 @@
-"""The paper's figures of the sets, drawn for a robot of ours, and the numbers behind them."""
+"""The paper's figures of the sets and one of the N-step sets, for a robot of ours, and the numbers behind them."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from sim.recording import robot_facts
 from sim.set_figures_planes import draw_plane_of_walk, draw_walk
 from sim.set_figures_push import draw_push_course, draw_push_sets, run_pushes
 from sim.set_figures_solid import draw_solid
+from sim.set_figures_steps import draw_step_sets
 from sim.set_figures_walk import STEPS, Walk, plan_walk
 from sim.versions import commit, versions
 
 NUMBERS = "figures.json"
-PICTURES = ("fig2.png", "fig4.png", "fig5a.png", "fig5b.png", "fig6.png", "fig7.png")
+PICTURES = ("fig2.png", "fig4.png", "fig5a.png", "fig5b.png", "fig6.png", "fig7.png", "steps.png")
 
 
 def draw_set_figures(folder: Path, robot: Robot, *, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
-    """Draw Fig. 2, 4, 5(a), 5(b), 6 and 7, and write the areas, rows, t* and timings behind them.
+    """Draw Fig. 2, 4, 5(a), 5(b), 6, 7 and the N-step sets, and write the areas, rows, t* and timings behind them.
 
     Args:
         folder: where the pictures and `figures.json` go; it must exist.
@@ -47,12 +48,15 @@ def draw_set_figures(folder: Path, robot: Robot, *, progress: Callable[[float], 
     pushed, result = run_pushes(robot)
     save("fig6.png", *draw_push_sets(pushed, result))
     save("fig7.png", draw_push_course(pushed, result), [])
+    figure, step_sets = draw_step_sets(robot)
+    save("steps.png", figure, [])
     numbers = {
         "robot": robot_facts(robot),
         "gain": {"name": walk.gain.name, "F": walk.gain.F.tolist()},
         "dt": walk.pendulum.dt,
         "walk": _walk_facts(walk),
         "sets": sets,
+        "step_sets": step_sets,
         "pushes": _push_facts(pushed, result),
         "outcome": result.outcome.result.value,
         "timings_ms": dict(walk.timings_ms),

@@ -12,13 +12,19 @@ _COMPASS = {0: "forward", 90: "left", 180: "back", 270: "right"}
 
 def print_report(report: dict[str, Any], console: Console) -> None:
     """Print what `set_report` returns."""
-    robot, gain = report["robot"], report["gain"]
+    robot, stepping = report["robot"], report["stepping"]
     console.print(f"[bold]{report['scenario']}[/]")
     console.print(
         f"{robot['name']}: {robot['mass']:.3g} kg, COG at {robot['cog_height']:.3g} m, ω {robot['omega']:.3g} 1/s; "
         f"period {1e3 * report['dt']:g} ms"
     )
-    console.print(f"gain {gain['name']}: F = {_row(gain['F'][0])}, poles {_poles(gain['poles'])} 1/s\n")
+    for facts in report["regulators"]:
+        console.print(f"gain {facts['gain']}: F = {_row(facts['F'][0])}, poles {_poles(facts['poles'])} 1/s")
+    times = ", ".join(f"{time:g}" for time in stepping["step_times"])
+    console.print(
+        f"steps of {times} s, up to {stepping['max_steps']}; their sets in the plane of the DCM end in that of "
+        f"k = {stepping['gain_k']:g}\n"
+    )
     console.print(_sets(report))
     console.print()
     console.print(_directions(report))
@@ -28,20 +34,16 @@ def print_report(report: dict[str, Any], console: Console) -> None:
 
 
 def _sets(report: dict[str, Any]) -> Table:
-    table = Table(title="Sets, each certified by linear programs of its own", title_justify="left")
+    table = Table(title="Regulators' sets, each certified by linear programs of its own", title_justify="left")
     for heading in ("set", "certificate"):
         table.add_column(heading)
-    for heading in ("sets", "rows", "t*", "worst row: ZMP now", "successor", "area x, ẋ: slice", "projection"):
+    for heading in ("rows", "t*", "worst row: ZMP now", "successor", "area x, ẋ: slice", "projection"):
         table.add_column(heading, justify="right")
-    named = [("regulator", report["regulator"])]
-    if "tracking" in report:
-        named.append((f"tracker, {report['tracking']['plan']}", report["tracking"]))
-    for name, facts in named:
+    for facts in report["regulators"]:
         area = next((area for area in facts["areas"] if area["plane"] == "x-xd"), None)
         table.add_row(
-            name,
-            ("[green]holds[/]" if facts["holds"] else "[red]fails[/]") + ("" if facts["bounded"] else ", unbounded"),
-            str(facts["phases"]),
+            facts["gain"],
+            _verdict(facts["holds"]) + ("" if facts["bounded"] else ", unbounded"),
             str(facts["rows"]),
             f"{facts['t_star']} ({facts['t_star'] * facts['dt']:.3g} s)",
             f"{1e3 * facts['inner']:+.1e} mm",
@@ -52,47 +54,53 @@ def _sets(report: dict[str, Any]) -> Table:
 
 
 def _directions(report: dict[str, Any]) -> Table:
-    steps = report["directions"][0]["stepping_limit_steps"]
-    table = Table(title="Hardest sudden push from rest, Δv in m/s", title_justify="left")
+    """Of the numbers of steps one, two, three and the most."""
+    most = report["stepping"]["max_steps"]
+    shown = sorted({min(n, most) for n in (1, 2, 3, most)})
+    table = Table(title="Hardest sudden push from rest, Δv in m/s, and Koolen's limit", title_justify="left")
     table.add_column("direction", justify="right")
-    for heading in ("regulator set", "no-step limit ωd", "ratio", "with steps", f"{steps}-step limit ωd_N", "ratio"):
+    for heading in ("regulators", "ratio", *(f"{n} step{'s' if n > 1 else ''}" for n in shown), "ratio"):
         table.add_column(heading, justify="right")
+    table.add_column("certificates")
     for facts in report["directions"]:
-        degrees = facts["direction_deg"]
+        degrees, steps = facts["direction_deg"], {one["steps"]: one for one in facts["steps"]}
+        given = [one["certificate"] for one in facts["steps"] if one["certificate"] is not None]
         table.add_row(
             f"{_COMPASS.get(degrees, '')} {degrees}°".strip(),
-            f"{facts['regulator_delta_v']:.3f}",
-            f"{facts['no_step_limit']:.3f}",
+            f"{facts['regulator_delta_v']:.3f}/{facts['no_step_limit']:.3f}",
             f"{facts['regulator_ratio']:.0%}",
-            f"{facts['stepping_delta_v']:.3f}",
-            f"{facts['stepping_limit']:.3f}",
-            f"{facts['stepping_delta_v'] / facts['stepping_limit']:.0%}",
+            *(f"{steps[n]['delta_v']:.3f}/{steps[n]['limit']:.3f}" for n in shown),
+            f"{steps[most]['delta_v'] / steps[most]['limit']:.0%}",
+            _verdict(all(one["holds"] for one in given)) if given else "-",
         )
     return table
 
 
 def _pushes(report: dict[str, Any]) -> Table:
     table = Table(title="The scenario's pushes, as sudden ones from rest", title_justify="left")
-    for heading in ("at", "direction", "Δv", "slack, regulator", "slack, tracker"):
+    for heading in ("at", "direction", "Δv", "slack, regulator", "slack, steps"):
         table.add_column(heading, justify="right")
-    table.add_column("steps")
-    table.add_column("under the regulator")
+    for heading in ("best steps", "certificate", "under the regulator"):
+        table.add_column(heading)
     for push in report["pushes"]:
         table.add_row(
             f"{push['start']:g} s",
             f"{push['direction_deg']:.0f}°",
             f"{push['delta_v']:.2f} m/s",
             _slack(push["regulator_slack"]),
-            _slack(push["tracking_slack"]),
-            push["plan"] or "none within reach",
+            _slack(push["stepping_slack"]),
+            push["plan"],
+            _verdict(push["certificate"]["holds"]),
             push["explanation"],
         )
     return table
 
 
-def _slack(slack: float | None) -> str:
-    if slack is None:
-        return "-"
+def _verdict(holds: bool) -> str:
+    return "[green]holds[/]" if holds else "[red]fails[/]"
+
+
+def _slack(slack: float) -> str:
     colour = "green" if slack >= 0.0 else "red"
     return f"[{colour}]{1e3 * slack:+.1f} mm[/]"
 

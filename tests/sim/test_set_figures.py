@@ -66,6 +66,14 @@ def test_numbers_tell_everything_behind_a_set(numbers: dict) -> None:
     assert numbers["versions"]["numpy"] == np.__version__
 
 
+def test_n_step_sets_grow_with_each_step(numbers: dict) -> None:
+    """Not from one to two: a set of two steps need not hold that of one."""
+    for left in {facts["time_left"] for facts in numbers["step_sets"]}:
+        area = {facts["steps"]: facts["area"] for facts in numbers["step_sets"] if facts["time_left"] == left}
+        assert len(area) >= 4
+        assert np.all(np.diff([area[n] for n in sorted(area) if n > 1]) > 0.0)
+
+
 def test_x_sets_are_larger_where_the_support_is_longer(numbers: dict) -> None:
     """Of Fig. 5(a): "the support polygon at t = 0.5 s, 1.0 s, 1.5 s is larger than t = 0 s, 2.0 s"."""
     start, *between, end = areas(numbers, "5a", "projection")
