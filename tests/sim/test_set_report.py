@@ -82,15 +82,16 @@ def test_nothing_exceeds_its_limit(report: dict) -> None:
 def test_the_reach_is_what_the_supervisors_own_choice_says(degrees: int) -> None:
     """Every push up to it is held by the best of the steps, and one just beyond it is not."""
     supervisor, sets = standing(load("three_pushes"), load_robot("utmu2"))
-    assert supervisor.regulator is not None
+    regulator = supervisor.regulator
+    assert regulator is not None
     direction = math.radians(degrees)
-    reach = reaches(sets, supervisor.regulator, direction)[-1]
-    rest = sets.pendulum.rest(supervisor.regulator.bank.centre)
+    reach = reaches(sets, regulator, direction)[-1]
+    rest = sets.pendulum.rest(regulator.bank.centre)
     unit = np.array([0.0, math.cos(direction), 0.0, math.sin(direction)])
 
     def held(speed: float) -> bool:
         x = rest + speed * unit
-        return supervisor.regulator.slack(x) >= 0.0 or supervisor.best_step(x).slack >= 0.0
+        return regulator.slack(x) >= 0.0 or supervisor.best_step(x).slack >= 0.0
 
     # A micrometre of DCM at either side of the rim.
     aside = 1e-6 * sets.pendulum.omega
