@@ -96,6 +96,7 @@ class Supervisor:
         self._places: dict[Side, tuple[float, float]] = {}
         self._landed: Side | None = None
         self._landed_at = -math.inf
+        self._may_step = True
         self._dcm: Array | None = None
         self._rate = np.zeros(2)
         self._x = np.zeros(4)
@@ -155,7 +156,7 @@ class Supervisor:
         return x
 
     def foretell(self) -> tuple[float, float]:
-        """What the sets say of the last tick's state: slack in the regulator's [m of ZMP] and in the steppers' [m of DCM].
+        """What the sets say of the last tick's state: slack in the regulator's [m of ZMP], in the steppers' [m of DCM].
 
         The latter is of the steps under way, or of the best ones from the stance; NaN without a rule that has sets.
         """
@@ -202,8 +203,9 @@ class Supervisor:
         if not self.decisions:
             self._note(observation, x, "start")
         slack = self.regulator.slack(x)
+        self._may_step |= slack >= 0.0
         ahead = dcm
-        if self.rule is not None:
+        if self.rule is not None and self._may_step:
             lead = self.options.early_trigger
             if lead and observation.time - self._landed_at > SETTLING:
                 ahead = dcm + lead * self._rate
@@ -276,6 +278,7 @@ class Supervisor:
         if self.rule is not None and self.regulator.slack(x) < 0.0 and self.options.max_steps > 1:
             self._lift_off(observation, x, dcm, dcm, why)
         else:
+            self._may_step = self.options.max_steps > 1
             self._gain = self.regulator.choose(x, None)
             self._note(observation, x, why)
 
