@@ -76,7 +76,7 @@ class Regulator:
         return self.bank.slack(x)
 
     def choose(self, x: Array, present: Gain | None) -> Gain:
-        """The stiffest gain whose set holds state x (4,), the softest one if none does; `present` is not left lightly."""
+        """The stiffest gain whose set holds state x (4,), else the softest; `present` is not left at the rim."""
         for moa in self.bank.sets:
             if moa.slack(x) >= (0.0 if moa.gain is present else HYSTERESIS):
                 return moa.gain

@@ -18,9 +18,8 @@ Array = NDArray[np.float64]
 
 # [m] clearance of the soles as they pass each other.
 CLEARANCE = 0.004
-# Mean speed of a foot over a step, as a share of that of a straight leg which swings about the hip at the no-load speed
-# of its slowest motor: a quintic's peak is 1.9 times its mean, and a motor near its no-load speed has no torque left.
-SWING_SHARE = 0.5
+# The hip travels with the COG while the leg swings: the foot lands that much farther than from a hip at rest.
+HIP_TRAVEL = 0.5  # as a share of the leg's own reach
 # A landed foot likes to be this far outside of the DCM, so that the DCM comes to rest between the feet [m].
 OUTWARDS = 0.04
 
@@ -57,9 +56,10 @@ def step_limits(robot: Robot, max_stride: float) -> StepLimits:
     return StepLimits(
         max_stride=max_stride,
         min_width=robot.sole_width + CLEARANCE,
-        max_width=robot.stance_width + robot.hip_reach,
+        max_width=robot.stance_width + (1.0 + HIP_TRAVEL) * robot.hip_reach,
         stance_width=robot.stance_width,
-        swing_speed=SWING_SHARE * float(robot.no_load_speed.min()) * robot.leg_length,
+        # A straight leg that swings about the hip at the no-load speed of its slowest motor.
+        swing_speed=float(robot.no_load_speed.min()) * robot.leg_length,
     )
 
 

@@ -17,8 +17,8 @@ from controllers.supervisor import Supervisor
 from models.robot import Robot
 from scenarios.schema import DcmGain, LqrGain, Scenario
 
-# DCM gain of the softest regulator, which is given up last: its set ends at 1 / 1.2 of the limit without a step.
-SOFTEST = 1.2
+# DCM gains to fall back on before a step; the set of the last one ends at 1 / 1.1 of the limit without a step.
+SOFTER = (1.25, 1.1)
 
 
 class Brain(Protocol):
@@ -77,16 +77,13 @@ def make_brain(scenario: Scenario, robot: Robot) -> Brain:
     options = make_options(scenario, robot)
     if scenario.controller == "regulator":
         return Supervisor(robot, pendulum, (gain,), options, None)
-    softest = gains.dcm(pendulum, min(SOFTEST, scenario.gain.k if isinstance(scenario.gain, DcmGain) else SOFTEST))
-    bank = (gain,) if gain.name == softest.name else (gain, softest)
+    bank = {gain.name: gain} | {soft.name: soft for k in SOFTER if (soft := gains.dcm(pendulum, k)).name != gain.name}
     rule: StepRule
     if options.rule == "sets":
-        rule = SetRule(
-            robot, pendulum, options, min(SOFTEST, scenario.gain.k if isinstance(scenario.gain, DcmGain) else SOFTEST)
-        )
+        rule = SetRule(robot, pendulum, options, min(SOFTER))
     else:
         rule = PolygonRule(robot, pendulum, options)
-    return Supervisor(robot, pendulum, bank, options, rule)
+    return Supervisor(robot, pendulum, tuple(bank.values()), options, rule)
 
 
 def make_options(scenario: Scenario, robot: Robot) -> SteppingOptions:
