@@ -31,6 +31,7 @@ _KINDS = {
     "int_type": "a whole number",
     "string_type": "a text",
     "tuple_type": "a list",
+    "dict_type": "a table",
     "model_type": "a table",
     "union_tag_not_found": "a table",
     "finite_number": "a finite number",

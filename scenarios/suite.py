@@ -12,9 +12,12 @@ from scenarios.complaint import Tables
 from scenarios.fields import NotNegative, Positive, Strict, conflict, snap
 from scenarios.schema import Controller, WholeBody, World
 from scenarios.suite_drawn import First, Random, Train
+from scenarios.variants import Variants
 
 MANY = 1_000_000
 """More episodes than this are run only if asked for twice."""
+SIZES = ("delta_v", "impulse", "relative")
+"""Axes that say how large a push is; a suite has one of them."""
 
 
 def _levels(value: Any) -> Any:
@@ -55,7 +58,8 @@ class Axes(Strict):
 
     Attributes:
         robot, world, controller, whole_body: as of a scenario.
-        body, direction, delta_v, impulse, duration, start, height: as of a push; one of delta_v and impulse.
+        body, direction, delta_v, impulse, duration, start, height: as of a push; one of delta_v, impulse and relative.
+        relative: size of the push in units of omega d of its own direction, as of a train.
         mass_scale, friction, delay, noise_position, noise_velocity: as of a scenario's disturbance.
     """
 
@@ -67,6 +71,7 @@ class Axes(Strict):
     direction: Numbers | None = None
     delta_v: Positives | None = None
     impulse: Positives | None = None
+    relative: Positives | None = None
     duration: Positives | None = None
     start: NotNegatives | None = None
     height: Numbers | None = None
@@ -122,6 +127,7 @@ class Suite(Strict):
         random: pushes that are drawn; crossed with the axes.
         train: growing pushes one after another in place of the one push; crossed with the axes.
         first: a push before the one that is asked for.
+        variants: designs to compare, each a name with what it changes of the base; crossed with the axes.
         replicas: repetitions of each episode.
         replica: how they differ.
         adaptive: ends a series of growing pushes early.
@@ -136,6 +142,7 @@ class Suite(Strict):
     random: Random | None = None
     train: Train | None = None
     first: First | None = None
+    variants: Variants | None = None
     replicas: int = Field(default=1, ge=1)
     replica: Replica = Replica()
     adaptive: Adaptive | None = None
@@ -150,15 +157,15 @@ class Suite(Strict):
                 raise conflict(f"random.{name}", "is an axis already; it must not be given")
         if self.train is not None:
             self._fits_train(axes)
-        sizes = [name for name in ("delta_v", "impulse") if name in axes or name in drawn]
+        sizes = [name for name in SIZES if name in axes or name in drawn]
         if len(sizes) > 1:
-            raise conflict("axes.impulse", "give only one of impulse [N s] and delta_v [m/s]")
+            raise conflict(f"axes.{sizes[-1]}", "give only one of delta_v [m/s], impulse [N s] and relative [omega d]")
         if self.adaptive is not None and not any(size in axes for size in sizes):
-            raise conflict("adaptive", "needs an axis delta_v or impulse")
+            raise conflict("adaptive", "needs an axis delta_v, impulse or relative")
         return self
 
     def _fits_train(self, axes: dict[str, tuple[Any, ...]]) -> None:
-        for name in ("direction", "delta_v", "impulse"):
+        for name in ("direction", *SIZES):
             if name in axes:
                 raise conflict(f"axes.{name}", "the train draws its own; it must not be given")
         for name in ("random", "first", "adaptive"):
@@ -171,12 +178,12 @@ class Suite(Strict):
     def size_axis(self) -> str | None:
         """Which axis holds the size of the push, if one does."""
         axes = self.axes.given()
-        return next((name for name in ("delta_v", "impulse") if name in axes), None)
+        return next((name for name in SIZES if name in axes), None)
 
     @property
     def episodes(self) -> int:
         """How many episodes there are, before any series ends early."""
-        crossed = math.prod(len(values) for values in self.axes.given().values())
+        crossed = math.prod(len(values) for values in self.axes.given().values()) * len(self.variants or (None,))
         return crossed * self.replicas * (1 if self.random is None else self.random.count)
 
 

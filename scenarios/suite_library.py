@@ -15,7 +15,8 @@ from scenarios.complaint import complaint, near
 from scenarios.library import load
 from scenarios.push import Push
 from scenarios.schema import Scenario, World
-from scenarios.suite import SUITE_TABLES, Suite
+from scenarios.suite import SIZES, SUITE_TABLES, Suite
+from scenarios.variants import CHANGEABLE, DECIDED, changed, parameter_of
 
 SHIPPED = Path(__file__).parent / "suites"
 START = 1.0
@@ -86,6 +87,7 @@ def load_suite(name: str | Path) -> LoadedSuite:
     base = base.model_copy(update={"pushes": ()})
     loaded = LoadedSuite(name=path.stem, path=path, text=text, suite=suite, base=base, push=push)
     _check_push(loaded)
+    _check_variants(loaded)
     return loaded
 
 
@@ -130,12 +132,34 @@ def _check_push(loaded: LoadedSuite) -> None:
     """Every push must have a direction and a size, and end before the next begins."""
     suite = loaded.suite
     given = {*suite.axes.given(), *(suite.random.given() if suite.random else ()), *loaded.push}
-    for field, others in (("direction", {"direction", "vector"}), ("delta_v", {"delta_v", "impulse"})):
+    for field, others in (("direction", {"direction", "vector"}), ("delta_v", {*SIZES})):
         if suite.train is None and not given & others:
             why = "is missing; the base scenario's push does not give it either"
             raise InputError(f"{loaded.path}: axes.{field}: {why}")
+    if "relative" in given and "direction" not in given:
+        why = "needs an axis direction; the base scenario's push gives a vector, which may point anywhere"
+        raise InputError(f"{loaded.path}: axes.relative: {why}")
     _check_train(loaded)
     _check_first(loaded)
+
+
+def _check_variants(loaded: LoadedSuite) -> None:
+    """Every variant must be a scenario, and leave to the axes what they vary."""
+    axes, base = loaded.suite.axes.given(), loaded.base.as_dict()
+    for name, changes in (loaded.suite.variants or {}).items():
+        where = f'{loaded.path}: variants."{name}"'
+        for field, value in changes.items():
+            if field.partition(".")[0] in DECIDED:
+                why = f"{value!r} is not allowed; the suite decides it, a variant may change {', '.join(CHANGEABLE)}"
+                raise InputError(f"{where}.{field}: {why}")
+            if parameter_of(field) in axes:
+                raise InputError(
+                    f"{where}.{field}: {value!r} is not allowed; axes.{parameter_of(field)} varies it already"
+                )
+        try:
+            Scenario.model_validate(changed(base, changes))
+        except ValidationError as error:
+            raise InputError(f"{where}.{complaint(error)}") from None
 
 
 def _check_train(loaded: LoadedSuite) -> None:

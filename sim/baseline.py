@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from models.errors import InputError
-from sim.results import PARAMETERS, read_sweep, write_bytes
+from sim.results import LATER, PARAMETERS, read_sweep, write_bytes
 from sim.statistics import Row, grouped, recovered
 from sim.summary import is_finished, load_rows
 from sim.thresholds import thresholds
@@ -100,7 +100,8 @@ def read_baseline(path: Path) -> Baseline:
     if not isinstance(content, dict) or content.get("kind") != _KIND or content.get("version") != _VERSION:
         raise BaselineError(f"{path}: not a baseline of this version of Okiagari; make one with 'okiagari baseline'")
     try:
-        rows = [{SURVIVED: None} | content["parameters"] | one for one in content["episodes"]]
+        later = dict.fromkeys((SURVIVED, *LATER))
+        rows = [later | content["parameters"] | one for one in content["episodes"]]
         lacking = [name for row in rows for name in _COLUMNS if name not in row]
         baseline = Baseline(
             suite=content["suite"],

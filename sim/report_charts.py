@@ -21,6 +21,9 @@ from sim.truth import signed_slack
 # From lost to recovered; dark enough at either end to be told apart in print and by the colour-blind.
 _RECOVERY = LinearSegmentedColormap.from_list("recovery", ["#9c2f2f", "#e9b48a", "#f4efd9", "#8fc1b5", "#17695c"])
 
+# Levels are decimal fractions.
+_ROUNDING = 1e-9
+
 
 def heat_map(name: str, rates: Sequence[dict[str, Any]], robust: Sequence[Threshold]) -> Picture:
     """Share recovered over direction and change of velocity; what was not run is left white.
@@ -58,7 +61,8 @@ def heat_map(name: str, rates: Sequence[dict[str, Any]], robust: Sequence[Thresh
         for one in robust:
             if one.controller == name and one.direction_deg in columns:
                 j = columns.index(one.direction_deg)
-                axes.plot([j - 0.5, j + 0.5], [one.index - 0.5] * 2, color=INK, linewidth=2.4, solid_capstyle="butt")
+                below = sum(high <= one.delta_v + _ROUNDING for _, high in rows)
+                axes.plot([j - 0.5, j + 0.5], [below - 0.5] * 2, color=INK, linewidth=2.4, solid_capstyle="butt")
                 if one.no_step is not None and len(rows) > 1 and rows[0][0] == rows[0][1]:
                     level = np.interp(one.no_step, [row[0] for row in rows], range(len(rows)))
                     axes.plot([j - 0.5, j + 0.5], [level] * 2, color="#ffd400", linewidth=1.6)

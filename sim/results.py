@@ -64,6 +64,7 @@ PARAMETERS: Mapping[str, Column] = MappingProxyType(
         "world": _text("humanoid or pendulum"),
         "controller": _text("supervisor, paper, regulator or statue"),
         "whole_body": _text("dynamics or ik"),
+        "variant": _text("name of the suite's variant of the scenario; null if it has none"),
         "body": _text("where the push acts; cog is every body by its mass"),
         "direction_deg": _number(
             "deg", "nominal direction of the push, 0 forward, 90 left, below 360; null of a train"
@@ -154,6 +155,9 @@ COLUMNS: Mapping[str, Column] = MappingProxyType(
 )
 """Every column, in order."""
 
+LATER = ("variant",)
+"""Columns that tables of former versions lack; these mean null by that."""
+
 SCHEMA = pa.schema(
     [
         pa.field(name, column.type, metadata={"unit": column.unit, "meaning": column.meaning})
@@ -191,6 +195,10 @@ def read_file(path: Path) -> pa.Table:
         table = pq.read_table(pa.BufferReader(content), page_checksum_verification=True)
     except (OSError, pa.ArrowException) as error:
         raise _damaged(path, error) from None
+    for name in LATER:
+        if name not in table.schema.names:
+            nothing = pa.nulls(table.num_rows, SCHEMA.field(name).type)
+            table = table.add_column(min(SCHEMA.get_field_index(name), table.num_columns), name, nothing)
     if table.schema.names != SCHEMA.names or table.schema.types != SCHEMA.types:
         raise ResultsError(f"{path}: not a table of a sweep of this version of Okiagari; move it out of the folder")
     if not is_sealed(content):

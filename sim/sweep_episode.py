@@ -92,6 +92,8 @@ def _known(job: Job) -> dict[str, Any]:
     episode, pushes = job.episode, job.scenario.pushes
     robot, asked = robot_named(job.scenario.robot), dict(episode.parameters)
     nominal, train, first = (asked.pop(name, None) for name in ("direction", "train", "first"))
+    for name in ("relative", "changes"):  # the row has the size in every unit, and the whole scenario
+        asked.pop(name, None)
     row: dict[str, Any] = dict.fromkeys(COLUMNS) | asked
     row |= {
         "episode": episode.name,

@@ -19,12 +19,13 @@ from scenarios.complaint import complaint
 from scenarios.library import check_against
 from scenarios.push import Push
 from scenarios.schema import Scenario
-from scenarios.suite import Suite
+from scenarios.suite import SIZES, Suite
 from scenarios.suite_drawn import Random
 from scenarios.suite_library import START, LoadedSuite
+from scenarios.variants import changed, parameter_of
 from sim.brain import make_gain
 from sim.push_size import robot_named
-from sim.sweep_pushes import DIGITS, canonical, first_push, stream, train_pushes
+from sim.sweep_pushes import DIGITS, canonical, first_push, sized, stream, train_pushes
 
 # Who answers the push does not change what is drawn: controllers are compared push by push.
 _WHO = ("world", "controller", "whole_body")
@@ -45,8 +46,9 @@ class Episode:
         suite: name of the suite.
         series: what adaptive series it belongs to; else its own name.
         seed: of the scenario.
-        parameters: what was asked, as in the suite; one of delta_v and impulse, `direction` unless the base scenario
-            gives a vector, but neither of a `train`, whose pushes differ; `first` if there is a push before it.
+        parameters: what was asked, as in the suite; one of delta_v, impulse and relative, `direction` unless the base
+            scenario gives a vector, but neither of a `train`, whose pushes differ; `first` if there is a push before
+            it; `variant`, with the `changes` that are no parameters themselves, if there are variants.
     """
 
     name: str
@@ -80,9 +82,9 @@ def plan(loaded: LoadedSuite) -> list[Series]:
     suite, adaptive = loaded.suite, loaded.suite.adaptive
     check = _checker(loaded)
     groups: dict[str, list[Episode]] = {}
-    for asked in _conditions(loaded):
+    for asked, design in itertools.product(_conditions(loaded), _designs(suite)):
         for replica in range(suite.replicas):
-            parameters = asked | {"replica": replica}
+            parameters = asked | {"replica": replica} | design
             name = _hash(loaded, parameters)
             alike = {key: value for key, value in parameters.items() if key != suite.size_axis}
             if adaptive is None:
@@ -91,7 +93,8 @@ def plan(loaded: LoadedSuite) -> list[Series]:
                 series = _hash(loaded, alike)
             else:
                 series = _hash(loaded, {key: value for key, value in alike.items() if key != "replica"})
-            seed = _seed(loaded, {key: value for key, value in parameters.items() if key not in _WHO})
+            drawn = asked | {"replica": replica}
+            seed = _seed(loaded, {key: value for key, value in drawn.items() if key not in _WHO})
             episode = Episode(name=name, suite=loaded.name, series=series, seed=seed, parameters=parameters)
             groups.setdefault(series, []).append(episode)
             check(episode)
@@ -109,7 +112,9 @@ def plan(loaded: LoadedSuite) -> list[Series]:
 
 def suite_hash(loaded: LoadedSuite) -> str:
     """Of all that decides which episodes a suite has; two suites of one hash are the same."""
-    content = loaded.suite.model_dump(mode="json", exclude={"description", "tuned_on", "scenario"})
+    # What is not given is left out, so that what suites may say one day leaves those that do not say it alike.
+    left_out = {"description", "tuned_on", "scenario"}
+    content = loaded.suite.model_dump(mode="json", exclude=left_out, exclude_none=True)
     base = loaded.base.as_dict()
     del base["description"]
     return hashlib.sha256(canonical([content, base, dict(loaded.push)])).hexdigest()
@@ -128,7 +133,7 @@ def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
     drawn = {} if suite.random is None else suite.random.given()
     for name in ("direction", "delta_v", "impulse") if suite.train is None else ():
         given = {*axes, *drawn}
-        if name in push and not (given & {"delta_v", "impulse"} if name != "direction" else name in given):
+        if name in push and not (given & {*SIZES} if name != "direction" else name in given):
             always[name] = push[name]
     for values in itertools.product(*axes.values()):
         chosen = always | dict(zip(axes, values, strict=True))
@@ -136,6 +141,17 @@ def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
             yield chosen
         else:
             yield from (chosen | _draw(suite.random, suite.seed, i) for i in range(suite.random.count))
+
+
+def _designs(suite: Suite) -> Iterator[dict[str, Any]]:
+    """What each variant adds to the parameters: its name, what it replaces of them, and all else that it changes."""
+    if suite.variants is None:
+        yield {}
+        return
+    for variant, changes in suite.variants.items():
+        replaced = {name: value for field, value in changes.items() if (name := parameter_of(field)) is not None}
+        rest = {field: value for field, value in changes.items() if parameter_of(field) is None}
+        yield replaced | {"variant": variant, "changes": rest}
 
 
 def _beside(suite: Suite) -> dict[str, Any]:
@@ -162,10 +178,12 @@ def scenario_of(loaded: LoadedSuite, episode: Episode) -> Scenario:
     if "direction" in parameters or suite.train is not None:
         push.pop("vector", None)
         push.pop("direction", None)
-    if {"delta_v", "impulse"} & parameters.keys() or suite.train is not None:
+    if {*SIZES} & parameters.keys() or suite.train is not None:
         push.pop("delta_v", None)
         push.pop("impulse", None)
     push |= {name: parameters[name] for name in _PUSH if name in parameters}
+    if "relative" in parameters:
+        push |= sized(parameters["direction"], parameters["relative"], _robot(loaded, parameters))
     start = push["start"] + parameters["replica"] * replica.shift + replica.time * later
     push["start"] = max(0.0, round(start, DIGITS))
     if "direction" in push:
@@ -178,15 +196,21 @@ def scenario_of(loaded: LoadedSuite, episode: Episode) -> Scenario:
     fields = loaded.base.as_dict() | {name: parameters[name] for name in _SCENARIO}
     fields["disturbance"] = {name: value for name in _DISTURBANCE if (value := parameters[name]) is not None}
     fields["variation"] = {"pose": replica.pose} if replica.pose is not None else fields["variation"]
+    fields = changed(fields, parameters.get("changes", {}))
     # The last row of a trace is one tick before the end, and it is that row which must be late enough.
     end = pushes[-1]["start"] + pushes[-1]["duration"]
-    fields["duration"] = round(end + suite.after + 2 * loaded.base.timing.control, DIGITS)
+    fields["duration"] = round(end + suite.after + 2 * fields["timing"]["control"], DIGITS)
     fields |= {"seed": episode.seed, "pushes": pushes, "description": f"{loaded.name}: {suite.description}"}
     fields["robot"] = _robot_name(loaded, parameters)
     try:
         return Scenario.model_validate(fields)
     except ValidationError as error:
-        raise InputError(f"{loaded.path}: {complaint(error)}") from None
+        raise InputError(f"{loaded.path}: {_within(parameters)}{complaint(error)}") from None
+
+
+def _within(parameters: Mapping[str, Any]) -> str:
+    """Where in the suite's file an episode's scenario comes from, to begin a message with."""
+    return f'variants."{parameters["variant"]}".' if "variant" in parameters else ""
 
 
 def _robot_name(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> str:
@@ -204,7 +228,7 @@ def _robot(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> Robot:
 
 def _checker(loaded: LoadedSuite) -> Callable[[Episode], None]:
     """Checks whether parameters fit together and to their robot, once for each that matters to that."""
-    balanced: set[str] = set()
+    balanced: set[tuple[str, str | None]] = set()
     known = set()
 
     def check(episode: Episode) -> None:
@@ -215,11 +239,14 @@ def _checker(loaded: LoadedSuite) -> Callable[[Episode], None]:
         scenario = scenario_of(loaded, episode)
         try:
             robot = robot_named(scenario.robot)
-            if scenario.robot not in balanced:
-                balanced.add(scenario.robot)
+            who = (scenario.robot, episode.parameters.get("variant"))
+            if who not in balanced:
+                balanced.add(who)
                 make_gain(scenario, Pendulum(robot.omega, scenario.timing.control))
-            check_against(scenario, robot)
-        except (InputError, GainError) as error:
+            check_against(scenario, robot, source=_within(episode.parameters).removesuffix(".") or "scenario")
+        except GainError as error:
+            raise InputError(f"{loaded.path}: {_within(episode.parameters)}gain: {error}") from None
+        except InputError as error:
             raise InputError(f"{loaded.path}: {error}") from None
 
     return check
@@ -227,7 +254,7 @@ def _checker(loaded: LoadedSuite) -> Callable[[Episode], None]:
 
 def _fitting(parameters: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """The parameters that can be at odds with others; each alone has been checked when the suite was read."""
-    return ((name, parameters[name]) for name in (*_SCENARIO, "friction", "delay", "body", "height"))
+    return ((name, parameters.get(name)) for name in (*_SCENARIO, "friction", "delay", "body", "height", "variant"))
 
 
 def _hash(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> str:

@@ -46,7 +46,7 @@ def train_pushes(suite: Suite, asked: Mapping[str, Any], replica: int, robot: Ro
     pushes = []
     for number in range(train.count):
         start = round(asked["start"] + number * train.interval, DIGITS)
-        pushes.append({**asked, "start": start, **_sized(rng.uniform(*train.direction), train.size(number), robot)})
+        pushes.append({**asked, "start": start, **sized(rng.uniform(*train.direction), train.size(number), robot)})
     return pushes
 
 
@@ -68,12 +68,12 @@ def first_push(suite: Suite, asked: Mapping[str, Any], parameters: Mapping[str, 
     low, high = first.direction
     shared = {name: value for name, value in asked.items() if name not in ("direction", "vector", "delta_v", "impulse")}
     start = round(asked["start"] - first.gap - first.duration, DIGITS)
-    sized = _sized(low + share * (high - low), first.size, robot)
-    return {**shared, "start": start, "duration": first.duration, **sized}
+    pushed = sized(low + share * (high - low), first.size, robot)
+    return {**shared, "start": start, "duration": first.duration, **pushed}
 
 
-def _sized(direction: float, omega_d: float, robot: Robot) -> dict[str, float]:
-    """A direction [deg] with a size in units of its omega d."""
+def sized(direction: float, omega_d: float, robot: Robot) -> dict[str, float]:
+    """The fields of a push in a direction [deg], of a size in units of omega d of that direction."""
     direction = round(float(direction), DIGITS)
     unit = Push(start=0.0, direction=direction, impulse=1.0).unit[:2]
     return {"direction": direction, "delta_v": round(omega_d * robot.omega * edge_distance(robot, unit), DIGITS)}

@@ -121,6 +121,7 @@ def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) 
         "tuned_on": suite.tuned_on,
         "train": None if suite.train is None else suite.train.model_dump(),
         "first": None if suite.first is None else suite.first.model_dump(),
+        "variants": suite.variants,
         "world": loaded.only,
         "suite_hash": suite_hash(loaded),
         "seed": suite.seed,

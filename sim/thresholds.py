@@ -16,6 +16,7 @@ CASE_COLUMNS = (
     "robot",
     "world",
     "whole_body",
+    "variant",
     "body",
     "duration",
     "start",
@@ -94,14 +95,21 @@ class Threshold:
 
 
 def varying(rows: Sequence[Row], columns: Sequence[str] = CASE_COLUMNS) -> list[str]:
-    """Those of the columns in which the rows differ."""
-    return [name for name in columns if len(grouped(rows, [name])) > 1]
+    """Those of the columns in which the rows differ, but for what a variant differs in by its own definition."""
+    found = [name for name in columns if len(grouped(rows, [name])) > 1]
+    if "variant" not in found:
+        return found
+    variants = grouped(rows, ["variant"]).values()
+    return [
+        name for name in found if name == "variant" or any(len(grouped(members, [name])) > 1 for members in variants)
+    ]
 
 
 def thresholds(rows: Sequence[Row], beside: Sequence[Row] = ()) -> list[Threshold]:
     """The threshold of every controller, direction and case of a table.
 
-    Levels that a series never reached count as not recovered: an adaptive suite stops a series that only fails.
+    Levels that a series never reached, but another of its direction did, count as not recovered: an adaptive suite
+    stops a series that only fails.
     A table without levels, such as one of random pushes, has no thresholds.
 
     Args:
@@ -113,14 +121,16 @@ def thresholds(rows: Sequence[Row], beside: Sequence[Row] = ()) -> list[Threshol
     found = []
     for case, members in grouped(rows, case_columns).items():
         series = grouped(members, ["controller", "direction_deg"])
-        ladder = [level for (level,) in grouped([*members, *others.get(case, [])], ["delta_v"])]
+        ladders: dict[float, list[float]] = {}
+        for direction, level in grouped([*members, *others.get(case, [])], ["direction_deg", "delta_v"]):
+            ladders.setdefault(direction, []).append(level)
         rungs = sum(len(grouped(tries, ["delta_v"])) for tries in series.values())
-        if len(ladder) < 2 or rungs < 2 * len(series):
+        if rungs < 2 * len(series):
             continue
         replicas = max(len(tries) for tries in grouped(members, ["controller", "direction_deg", "delta_v"]).values())
         what = dict(zip(case_columns, case, strict=True))
         for (controller, direction), tries in series.items():
-            found.append(_threshold(controller, direction, what, tries, ladder, replicas))
+            found.append(_threshold(controller, direction, what, tries, ladders[direction], replicas))
     return sorted(found, key=lambda one: (str(one.case), one.controller, one.direction_deg))
 
 

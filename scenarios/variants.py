@@ -1,0 +1,73 @@
+"""Variants of a suite: named changes of its base scenario, so that designs can be compared push by push."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field
+
+from scenarios.schema import Disturbance, Scenario
+
+DECIDED = ("description", "world", "duration", "seed", "pushes")
+"""Fields of a scenario that a suite decides itself, and no variant."""
+CHANGEABLE = tuple(name for name in Scenario.model_fields if name not in DECIDED)
+"""Fields of a scenario that a variant may change."""
+
+# Its fields depend on its kind, so that a table of it is a whole gain and no change of the base's.
+_WHOLE = "gain"
+
+
+def _flat(variants: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    found: dict[str, dict[str, Any]] = {}
+    for name, table in variants.items():
+        if not name.strip() or "\n" in name:
+            raise ValueError(f"has a variant named {name!r}; a name must be one line that is not empty")
+        found[name] = {}
+        for field, value in _leaves(table):
+            if field in found[name]:
+                raise ValueError(f"gives {field} of {name!r} twice")
+            found[name][field] = value
+    return found
+
+
+def _leaves(table: Mapping[str, Any], within: str = "") -> Iterator[tuple[str, Any]]:
+    """The same whether a file says `"stepping.replan" = false` or `stepping = { replan = false }`."""
+    for name, value in table.items():
+        field = within + name
+        if isinstance(value, dict) and field != _WHOLE:
+            yield from _leaves(value, field + ".")
+        else:
+            yield field, value
+
+
+Variants = Annotated[dict[str, dict[str, Any]], Field(min_length=1), AfterValidator(_flat)]
+"""Name -> dotted field -> value; the first is what the others are compared with."""
+
+
+def changed(fields: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """A scenario's fields with some replaced.
+
+    Args:
+        fields: of a scenario, as `Scenario.as_dict` has them; not touched.
+        changes: dotted field -> value; what a scenario does not know is put in, too, for its check to refuse.
+    """
+    result = copy.deepcopy(dict(fields))
+    for field, value in changes.items():
+        *tables, name = field.split(".")
+        place = result
+        for table in tables:
+            if not isinstance(place.get(table), dict):
+                place[table] = {}
+            place = place[table]
+        place[name] = value
+    return result
+
+
+def parameter_of(field: str) -> str | None:
+    """The parameter of an episode that a dotted field is, if it is one: "disturbance.delay" is `delay`."""
+    table, _, name = field.rpartition(".")
+    if table == "disturbance" and name in Disturbance.model_fields:
+        return name
+    return field if field in ("robot", "controller", "whole_body") else None
