@@ -5,26 +5,22 @@ from __future__ import annotations
 import base64
 import io
 import json
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
-import imageio_ffmpeg
 import numpy as np
 from PIL import Image
 
 from models.errors import OkiagariError
 from scenarios.schema import Scenario
 from sim.episode import run_episode
+from sim.film_strip import Frame, part_of, strip_frames
 from sim.outcome import last_push_end
 from sim.statistics import Row, number, recovered
 from sim.trace import Trace
 from sim.truth import predicted_safe, sets_asked, signed_slack
-from sim.video import missing_renderer, render_episode
+from sim.video import missing_renderer
 
-FRAMES = 6
-_SIZE = (320, 240)  # [px]
 _BEFORE, _AFTER = 0.1, 0.15  # [s] shown before the push and after the fall
 _LONGEST = 4.0  # [s] shown after a push that nobody fell from
 _QUALITY = 82
@@ -127,25 +123,12 @@ def film_strip(row: Row) -> Strip:
 
 
 def _frames(trace: Trace, start: float, begin: float, fall: float | None) -> list[tuple[float, str]]:
-    time = trace.time
-    end = min(last_push_end(trace.metadata["scenario"]) + _LONGEST if fall is None else fall + _AFTER, float(time[-1]))
-    first, last = np.searchsorted(time, [begin - _BEFORE, end])
-    part = trace.values[first : last + 1]
-    shown = Trace(values=part, units=trace.units, metadata=trace.metadata)
-    rate = (FRAMES - 1) / float(shown.time[-1] - shown.time[0])
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "strip.mp4"
-        # Slow motion gives the moments; the rate of the film itself does not matter.
-        render_episode(shown, path, size=_SIZE, fps=10.0, slow=rate / 10.0)
-        # Not mediapy, whose way to ask ffmpeg for the size fails since ffmpeg 8.
-        film = imageio_ffmpeg.read_frames(str(path))
-        next(film)  # what the file says of itself
-        pictures = [np.frombuffer(picture, dtype=np.uint8).reshape(*_SIZE[::-1], 3) for picture in film]
-    times = [float(shown.time[0]) + i / rate - start for i in range(len(pictures))]
-    return [(moment, _jpeg(picture)) for moment, picture in zip(times, pictures, strict=True)]
+    end = last_push_end(trace.metadata["scenario"]) + _LONGEST if fall is None else fall + _AFTER
+    frames = strip_frames(part_of(trace, begin - _BEFORE, end))
+    return [(moment - start, _jpeg(frame)) for moment, frame in frames]
 
 
-def _jpeg(picture: np.ndarray) -> str:
+def _jpeg(picture: Frame) -> str:
     stream = io.BytesIO()
     Image.fromarray(picture).save(stream, format="JPEG", quality=_QUALITY, optimize=True)
     return "data:image/jpeg;base64," + base64.b64encode(stream.getvalue()).decode()

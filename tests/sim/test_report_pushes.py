@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from scenarios.library import load
+from sim.film_strip import FRAMES
 from sim.report import REPORT, write_report
-from sim.report_failures import FRAMES, film_strip
+from sim.report_failures import film_strip
 from sim.video import missing_renderer
 from tests.sim.sweep_tables import adaptive, folder_of, row, threshold_law
 from tests.sim.test_report import LIMITS, call
