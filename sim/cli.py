@@ -1,4 +1,4 @@
-"""The command line: run, render, list, and what `cli_sets`, `cli_sweep` and `cli_report` add."""
+"""The command line: run, render, list, and what the modules `cli_*` add."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rich.table import Table
 from models.errors import InputError
 from scenarios.library import check_against, find, load, shipped
 from scenarios.schema import Controller, Scenario, WholeBody, World
-from sim import cli_report, cli_sweep, run_folder
+from sim import cli_ablation, cli_hardest, cli_report, cli_sweep, run_folder
 from sim.cli_sets import register
 
 if TYPE_CHECKING:
@@ -286,3 +286,5 @@ def endings(result: EpisodeResult) -> list[str]:
 register(app, _open, _progress)
 cli_sweep.register(app)
 cli_report.register(app)
+cli_ablation.register(app)
+cli_hardest.register(app, _progress)

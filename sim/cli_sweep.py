@@ -15,7 +15,7 @@ from rich.table import Table
 from models.errors import InputError
 from scenarios.schema import World
 from scenarios.suite import MANY
-from scenarios.suite_library import in_world, load_suite
+from scenarios.suite_library import LoadedSuite, in_world, load_suite
 
 # What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
 
@@ -37,7 +37,8 @@ def register(app: typer.Typer) -> None:
     app.command(epilog="Example: okiagari replay out/sweep-smoke 3f2a9c --video")(replay)
 
 
-def _count(text: str) -> int:
+def whole_count(text: str) -> int:
+    """A number of the command line that is at least 1."""
     try:
         number = int(text)
     except ValueError:
@@ -51,14 +52,15 @@ def sweep(
     suite: Annotated[
         str,
         typer.Argument(
-            help="smoke, trunk_push, cog_push, second_push, endurance, disturbed, truth, or a .toml file of your own."
+            help="smoke, trunk_push, cog_push, second_push, endurance, disturbed, truth, ablation, "
+            "or a .toml file of your own."
         ),
     ],
     out: Annotated[
         Path | None, typer.Option(help="Folder to write, or to go on with.", show_default="out/sweep-SUITE")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(parser=_count, metavar="N", help="Processes.", show_default="one a core")
+        int | None, typer.Option(parser=whole_count, metavar="N", help="Processes.", show_default="one a core")
     ] = None,
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, instead of processes of this machine.")
@@ -69,13 +71,32 @@ def sweep(
     yes: Annotated[bool, typer.Option("--yes", help="Run more than a million episodes, too.")] = False,
 ) -> None:
     """Run all episodes of a suite; the same command goes on where it was stopped."""
+    loaded = load_suite(suite) if world is None else in_world(load_suite(suite), world)
+    folder = out if out is not None else Path("out") / f"sweep-{loaded.name}{f'-{world}' if world else ''}"
+    run_suite(loaded, folder, workers=workers, cluster=cluster, many=yes)
+    _report(folder)
+
+
+def run_suite(
+    loaded: LoadedSuite, folder: Path, *, workers: int | None = None, cluster: str | None = None, many: bool = False
+) -> None:
+    """Run what a suite's folder lacks, and show how it goes.
+
+    Args:
+        loaded: the suite.
+        folder: of the sweep.
+        workers: processes of this machine; None for one a core.
+        cluster: address of a Dask scheduler instead.
+        many: whether more than a million episodes are run, too.
+
+    Raises:
+        InputError: if that is not possible; see `run_sweep`.
+    """
     if cluster is not None and workers is not None:
         raise InputError("--workers: the cluster's own workers run the episodes; give only one of it and --cluster")
-    loaded = load_suite(suite) if world is None else in_world(load_suite(suite), world)
     count = loaded.suite.episodes
-    if count > MANY and not yes:
+    if count > MANY and not many:
         raise InputError(f"{loaded.path}: makes {count} episodes; more than {MANY} are run only with --yes")
-    folder = out if out is not None else Path("out") / f"sweep-{loaded.name}{f'-{world}' if world else ''}"
 
     from sim import executors
     from sim.sweep import run_sweep
@@ -87,7 +108,6 @@ def sweep(
         chosen = executors.local(workers or len(os.sched_getaffinity(0)))
     with chosen as who, Progress(loaded.name) as progress:
         run_sweep(loaded, folder, who, progress=progress)
-    _report(folder)
 
 
 def replay(

@@ -12,9 +12,11 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from scenarios.suite_library import shipped as shipped_suites
 from sim import wording
+from sim.ablation import difference_words, p_words, reference_rows, split_words
 from sim.baseline import of_sweep, read_baseline
 from sim.check import Comparison, compare, describe, replay_command
 from sim.push_limits import PushLimit, push_limits
+from sim.report_ablation import ablation_picture
 from sim.report_charts import heat_map, rate_curves, slack_plot
 from sim.report_endurance import survival_curves
 from sim.report_envelope import envelope
@@ -68,7 +70,7 @@ def write_report(
     comparison = None if baseline is None else compare(read_baseline(baseline), of_sweep(folder))
     rows, sweep = load_rows(folder), read_sweep(folder)
     shown = []
-    for i, failure in enumerate(worst_failures(each_push(rows), failures)):
+    for i, failure in enumerate(worst_failures(reference_rows(each_push(rows), sweep), failures)):
         shown.append(_shown(folder, failure, film_strip(failure.row)))
         if progress is not None:
             progress((i + 1) / (failures + 1))
@@ -92,12 +94,12 @@ def render(
 ) -> str:
     """The page."""
     summary = summarise(rows, sweep)
-    pushes = each_push(rows)
+    pushes = reference_rows(each_push(rows), sweep)
     for section in ("regions", "scores"):
         for one in summary["truth"][section]:
             one["group"] = f"{one['world']}, {one['controller']}, {_MOMENTS[one['moment']]}"
     robust = thresholds(rows)
-    limits = push_limits(rows) if robust else []
+    limits = push_limits(reference_rows(rows, sweep)) if robust else []
     environment = Environment(
         loader=PackageLoader("sim", "."),
         autoescape=True,
@@ -114,6 +116,9 @@ def render(
         "median": wording.median_words,
         "quartiles": wording.quartile_words,
         "motor_lines": wording.motor_lines,
+        "difference": difference_words,
+        "split": split_words,
+        "chance": p_words,
     }
     environment.globals["fixed"] = wording.fixed
     return environment.get_template(_TEMPLATE).render(
@@ -131,6 +136,7 @@ def render(
         first=None if summary["first"] is None else wording.first_words(summary["first"]),
         motor_episodes=wording.motor_episodes(summary),
         survival=survival_curves(summary["endurance"], summary["train"]) if summary["endurance"] else [],
+        bars=None if summary["ablation"] is None else ablation_picture(summary["ablation"]),
         holes=summary["holes"][:_HOLES],
         heat_maps=_heat_maps(summary, robust),
         curves=rate_curves(_curves(rows, robust, summary)),
@@ -220,8 +226,9 @@ def _curves(
 ) -> dict[str, list[tuple[float, Rate]]]:
     """Recovery by size; the levels that an adaptive series never reached count as not recovered."""
     curves: dict[str, list[tuple[float, Rate]]] = {}
-    if robust:
-        ladder = [level for (level,) in grouped(rows, ["delta_v"])]
+    ladder = [level for (level,) in grouped(rows, ["delta_v"])]
+    # Not so where each direction has levels of its own, being of units of its omega d.
+    if robust and all(list(one.levels) == ladder[: len(one.levels)] for one in robust):
         for name in {one.controller for one in robust}:
             own = [one for one in robust if one.controller == name]
             most = max(rate.n for one in own for rate in one.levels.values())

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from sim.ablation import ablation, reference_rows
 from sim.endurance import endurance
 from sim.holes import holes
 from sim.motor_summary import motor_use
@@ -29,14 +30,20 @@ _MOST_VALUES = 24
 _RANGES = 8
 
 
-def load_rows(folder: Path) -> list[dict[str, Any]]:
+def load_rows(folder: Path, *, all_columns: bool = False) -> list[dict[str, Any]]:
     """The episodes of a sweep's folder.
+
+    Args:
+        folder: of a sweep.
+        all_columns: also those that only a closer look at one episode needs.
 
     Raises:
         ResultsError: if there are none, or a file is damaged.
     """
     table = read_results(folder)
-    rows: list[dict[str, Any]] = table.select([n for n in table.schema.names if n not in _BULKY]).to_pylist()
+    rows: list[dict[str, Any]] = table.select(
+        [name for name in table.schema.names if all_columns or name not in _BULKY]
+    ).to_pylist()
     return rows
 
 
@@ -48,7 +55,8 @@ def is_finished(rows: Sequence[Row], sweep: dict[str, Any]) -> bool:
 def summarise(rows: Sequence[Row], sweep: dict[str, Any]) -> dict[str, Any]:
     """All that is concluded from a sweep, of JSON types.
 
-    Of a train, every push is an episode of `rates` and `truth`.
+    Of a train, every push is an episode of `rates` and `truth`. Of a suite with variants, all but `robust`, `holes`,
+    `rates` and `ablation` is of the first one alone, which the others are compared with.
 
     Means over thresholds of which `robust_capped` are not none are lower bounds: the suite held no harder pushes.
 
@@ -56,9 +64,12 @@ def summarise(rows: Sequence[Row], sweep: dict[str, Any]) -> dict[str, Any]:
         rows: its episodes.
         sweep: what `sweep.json` says of it.
     """
-    robust = thresholds(rows)
+    every, full = thresholds(rows), reference_rows(rows, sweep)
+    first = next(iter(sweep.get("variants") or {}), None)
+    robust = [one for one in every if one.case.get("variant", first) == first]
     names = sorted({one.controller for one in robust})
-    found_holes = holes(rows, robust)
+    found_holes = holes(rows, every)
+    own_holes = [hole for hole in found_holes if hole.get("case", {}).get("variant", first) == first]
     pushes = each_push(rows)
     facts = {name: sweep.get(name) for name in _FACTS}
     summary = {
@@ -70,18 +81,19 @@ def summarise(rows: Sequence[Row], sweep: dict[str, Any]) -> dict[str, Any]:
         "episodes": len(rows),
         "outcomes": dict(Counter(str(row["outcome"]) for row in rows)),
         **{f"{name}s": [value for (value,) in grouped(rows, [name])] for name in ("robot", "world", "controller")},
-        "robust": [one.as_dict() for one in robust],
+        "robust": [one.as_dict() for one in every],
         **{f"robust_{how}_{scale}": _condense(robust, how, scale) for how in ("mean", "worst") for scale in _SCALES},
         "robust_capped": {name: sum(o.capped for o in robust if o.controller == name) for name in names},
         "robust_worst_direction": _worst_directions(robust),
         "holes": found_holes,
-        "hole_counts": {name: sum(hole["controller"] == name for hole in found_holes) for name in names},
-        "limits": [limit.as_dict() for limit in (push_limits(rows) if robust else [])],
-        "first": _first(rows, sweep.get("first")),
-        "endurance": endurance(rows),
+        "hole_counts": {name: sum(hole["controller"] == name for hole in own_holes) for name in names},
+        "limits": [limit.as_dict() for limit in (push_limits(full) if robust else [])],
+        "first": _first(full, sweep.get("first")),
+        "endurance": endurance(full),
         "rates": list(_rates(pushes)),
-        "truth": truth(pushes),
-        "motors": motor_use(rows),
+        "truth": truth(reference_rows(pushes, sweep)),
+        "motors": motor_use(full),
+        "ablation": ablation(rows, sweep),
     }
     # As a reader of the file will see it: tuples are lists, and nothing is infinite.
     result: dict[str, Any] = json.loads(json.dumps(summary, allow_nan=False))
@@ -185,4 +197,4 @@ def _labelled(rows: Sequence[Row], columns: Sequence[str]) -> list[Row]:
     return list(changed)
 
 
-_NUMERIC = frozenset({"direction_deg", "delta_v", *CASE_COLUMNS}) - {"robot", "world", "whole_body", "body"}
+_NUMERIC = frozenset({"direction_deg", "delta_v", *CASE_COLUMNS}) - {"robot", "world", "whole_body", "variant", "body"}

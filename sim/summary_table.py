@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from sim.ablation import difference_words, p_words, split_words
 from sim.wording import (
     case_words,
     first_words,
@@ -58,6 +59,8 @@ def show(summary: dict[str, Any]) -> None:
         console.print(first_words(summary["first"]), style="dim", markup=False)
     if summary["endurance"]:
         console.print(_endurance(summary))
+    if summary["ablation"] is not None:
+        console.print(_ablation(summary["ablation"]))
     console.print(_rates(summary))
     if summary["truth"]["false_safe"]:
         console.print(_truth(summary))
@@ -134,6 +137,18 @@ def _endurance(summary: dict[str, Any]) -> Table:
             str(entry["n"]),
             str(entry["survived_all"]),
         )
+    return table
+
+
+def _ablation(section: dict[str, Any]) -> Table:
+    table = _table(f"recovered [95 %], against “{escape(section['reference'])}” over the same pushes (exact McNemar)")
+    table.add_column("variant")
+    for heading in ("recovered", "of", "points", "pushes that differ", "p"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for one in section["designs"]:
+        against, found = one["against"], one["recovered"]
+        told = (difference_words(against), split_words(against), p_words(against))
+        table.add_row(escape(one["variant"]), percent(found), str(found["n"]), *told)
     return table
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 import numpy as np
 from statsmodels.discrete.discrete_model import Logit
 from statsmodels.tools import add_constant
+from statsmodels.tools.sm_exceptions import ConvergenceWarning
 
 from sim.statistics import Rate, Row, grouped, number, rate_of, recovered
 
@@ -167,7 +169,8 @@ def _logistic(pairs: list[tuple[float, bool]]) -> dict[str, Any] | None:
     slacks = np.array([slack for slack, _ in pairs]) * _CENTIMETRES
     if np.ptp(slacks) == 0.0 or min(bad) > max(good):
         return None
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # it is asked below
         fit = Logit(np.array([float(well) for _, well in pairs]), add_constant(slacks)).fit(disp=False, maxiter=100)
     if not fit.mle_retvals["converged"]:
         return None

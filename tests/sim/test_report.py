@@ -78,6 +78,8 @@ def test_says_what_it_must(page: str) -> None:
         "okiagari sweep made_up.toml",
         "<b>Worse.</b>",
         "false safe, pendulum",
+        "false alarm, humanoid",
+        "false alarm, pendulum",
     ):
         assert words in page
 
