@@ -25,9 +25,9 @@ from sim.trace import Trace
 from sim.video import render_episode
 
 INDEX = "hardest.json"
-"""Which episode each film is of."""
+"""Which episode each film is of, and whether every bit of it came back."""
 _BEFORE, _AFTER = 0.5, 1.0  # [s] filmed before the push and after it came to rest
-_STRIP_BEFORE, _STRIP_AFTER = 0.02, 0.25  # [s] of the strip, before the push and after the last step
+_STRIP_BEFORE, _STRIP_AFTER = 0.02, 0.25  # [s] of the strip, before the push and after the steps that answer it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,8 +113,9 @@ def film_hardest(
     index = _read_index(target)
     for i, push in enumerate(pushes):
         video, strip = target / f"{push.name}.mp4", target / f"{push.name}.png"
-        if index.get(push.name) == push.entry and video.exists() and strip.exists():
-            yield push, "is filmed already"
+        known = index.get(push.name, {})
+        if push.entry.items() <= known.items() and video.exists() and strip.exists():
+            yield push, f"is filmed already; {known['replay']}"
         else:
             again = replay(folder, push.row["episode"])
             trace, start = again.result.trace, again.result.pushes[-1].start
@@ -128,7 +129,7 @@ def film_hardest(
 
             render_episode(part_of(trace, begin, end), video, progress=filmed)
             write_bytes(_strip(trace, start), strip)
-            index[push.name] = push.entry
+            index[push.name] = {**push.entry, "replay": again.words()}
             write_bytes((json.dumps(index, indent=1) + "\n").encode(), target / INDEX)
             yield push, again.words()
         if progress is not None:
@@ -136,13 +137,25 @@ def film_hardest(
 
 
 def _strip(trace: Trace, start: float) -> bytes:
-    """Frames side by side, from the push to the end of the last step, as PNG."""
-    stepping = trace.time[(trace["controller"] == Controller.TRACKER.value) & (trace.time >= start)]
-    last = float(stepping[-1]) if stepping.size else start
-    frames = strip_frames(part_of(trace, start - _STRIP_BEFORE, last + _STRIP_AFTER))
+    """Frames side by side, from the push to the end of the steps that answer it, as PNG."""
+    frames = strip_frames(part_of(trace, start - _STRIP_BEFORE, answered(trace, start) + _STRIP_AFTER))
     stream = io.BytesIO()
     Image.fromarray(np.concatenate([frame for _, frame in frames], axis=1)).save(stream, format="PNG", optimize=True)
     return stream.getvalue()
+
+
+def answered(trace: Trace, start: float) -> float:
+    """When the steps that answer a push have ended [s]; those that restore the stance later are no part of them.
+
+    Args:
+        trace: of the episode.
+        start: of the push [s], which is returned if no step follows.
+    """
+    stepping = trace.time[(trace["controller"] == Controller.TRACKER.value) & (trace.time >= start)]
+    if not stepping.size:
+        return start
+    pauses = np.flatnonzero(np.diff(stepping) > _STRIP_AFTER)
+    return float(stepping[pauses[0] if pauses.size else -1])
 
 
 def _read_index(target: Path) -> dict[str, Any]:

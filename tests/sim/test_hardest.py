@@ -5,16 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import imageio_ffmpeg
+import numpy as np
 import pytest
 from PIL import Image
 
 from models.errors import InputError
 from sim.cli import app
 from sim.film_strip import FRAMES
-from sim.hardest import INDEX, hardest_pushes
+from sim.hardest import INDEX, answered, hardest_pushes
 from sim.results import read_results
 from sim.sweep import run_sweep
 from sim.thresholds import thresholds
+from sim.trace import Trace
 from sim.video import missing_renderer
 from tests.sim.sweep_suites import HERE, suite
 from tests.sim.sweep_tables import STEP, adaptive, row, threshold_law
@@ -73,6 +75,16 @@ def test_unknown_controllers_and_tables_without_thresholds_are_refused() -> None
         hardest_pushes([row(lambda _: True)])
 
 
+def test_steps_that_restore_the_stance_are_no_answer() -> None:
+    time = np.arange(0.0, 4.0, 0.01)
+    who = np.select([(time > 1.0) & (time < 1.4), (time > 1.45) & (time < 1.6), (time > 2.5) & (time < 2.8)], [1.0] * 3)
+    trace = Trace(values=np.column_stack([time, who]), units={"time": "s", "controller": "1"}, metadata={})
+    # To a tick: of the steps between 1 s and 1.6 s the last, though one pauses for a moment; of 2.5 s when alone.
+    assert answered(trace, 0.9) == pytest.approx(1.59)
+    assert answered(trace, 2.0) == pytest.approx(2.79)
+    assert answered(trace, 3.0) == 3.0
+
+
 def test_films_are_made_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     note = missing_renderer()
     if note is not None:
@@ -95,7 +107,7 @@ def test_films_are_made_once(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 
     before = {path.name: path.stat().st_mtime_ns for path in target.iterdir()}
     call("hardest", tmp_path / "out", "--out", target)
-    assert "is filmed already" in capsys.readouterr().out
+    assert "is filmed already; bit-identical" in capsys.readouterr().out
     assert {path.name: path.stat().st_mtime_ns for path in target.iterdir()} == before
     (target / "hardest_000.png").unlink()
     call("hardest", tmp_path / "out", "--out", target)
