@@ -56,7 +56,7 @@ controller = ["supervisor", "regulator", "statue"]
 start = [0.2]
 
 [train]
-count = 5
+count = 9
 interval = 1.5
 first = 0.5
 growth = 0.4
@@ -78,7 +78,7 @@ delta_v = [0.1, 0.2]
 start = [0.6]
 
 [first]
-size = 1.6
+size = 3.0
 gap = 0.1
 
 [replica]

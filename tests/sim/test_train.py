@@ -51,7 +51,7 @@ def test_survived_are_those_that_it_stood_through_until_the_next(trains: Path) -
         begun = int((row["time_of_fall"] - 0.2) / INTERVAL)
         assert row["pushes_survived"] == begun
     for row in found:
-        assert row["train"] == 5
+        assert row["train"] == 9
         assert row["push_start"] == 0.2
         assert [row[name] for name in ("direction_deg", "delta_v", "impulse", "d_edge", "mid_step")] == [None] * 5
         assert score(row) == row["pushes_survived"]
