@@ -62,6 +62,11 @@ class Regulator:
         )
 
     @property
+    def centre(self) -> Array:
+        """(2,) point that the COG is held over [m]."""
+        return self._x_C[0::2]
+
+    @property
     def admissible(self) -> MoaSet:
         """MOA set of the gain asked for."""
         return self.bank[self.gain.name]
@@ -85,7 +90,7 @@ class Regulator:
     def zmp(self, x: Array, gain: Gain | None = None) -> Array:
         """ZMP command u (2,) for state x (4,), (13) and (18) [m]; not limited to the polygon."""
         F = self.gain.F if gain is None else gain.F
-        return self._x_C[0::2] - F @ (x - self._x_C)
+        return self.centre - F @ (x - self._x_C)
 
     def explain(self, x: Array) -> str:
         """Which constraint is tightest, where and when, in the largest set."""

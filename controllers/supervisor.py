@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from controllers.gains import Gain
 from controllers.pendulum import Pendulum
 from controllers.regulator import Regulator
+from controllers.restoration import ATTEMPTS, GIVE_UP, QUIET, QUIET_FOR, Restoration, closing_step
 from controllers.signals import BalanceCommand, Candidate, Controller, Decision, FootReference, FootState, Observation
 from controllers.step_rules import Aim, Heading, Lift, SteppingOptions, StepRule
 from controllers.support import Foot, SupportPolygon, support_polygon
@@ -32,6 +33,9 @@ EARLIEST_TOUCHDOWN = 0.5
 JUST_LANDED = 0.3
 # So long after a landing [s] the rate of the DCM is that of the impact and tells nothing of where it is going.
 SETTLING = 1.0
+# The ZMP of a standing body stays off its command by what friction and strain between the legs hold back. That error is
+# seen while the DCM is slower than this [m/s], smoothed over this time [s], and made up for as far as this [m].
+CALM, ZMP_ERROR_TIME, ZMP_ERROR_MOST = 0.1, 0.1, 0.02
 # Share by which the rate of the DCM follows its differences at each tick.
 RATE_FILTER = 0.3
 
@@ -48,6 +52,7 @@ class _Step:
     ticks: int
     left: int
     aim: Aim
+    closing: bool = False
 
 
 class Supervisor:
@@ -100,6 +105,11 @@ class Supervisor:
         self._dcm: Array | None = None
         self._rate = np.zeros(2)
         self._x = np.zeros(4)
+        self._commanded: Array | None = None
+        self._zmp_error = np.zeros(2)
+        self._quiet_since: float | None = None
+        self._restoration: Restoration | None = None
+        self._restored = 0
         self._slacks = (math.nan, math.nan)
         self._inner: SupportPolygon | None = None
 
@@ -134,7 +144,12 @@ class Supervisor:
         slack = self.regulator.slack(x)
         if self._step is None:
             self._slacks = (slack, math.nan)
-            return self._limited(self.regulator.zmp(x, self._gain), observation, None)
+            self._watch_zmp(observation.zmp)
+            zmp = self._standing_zmp(observation.time, x)
+            assert self._inner is not None
+            self._commanded = self._inner.nearest(zmp)
+            return self._limited(zmp - self._zmp_error, observation, None)
+        self._commanded, self._zmp_error = None, np.zeros(2)
         self._slacks = (slack, self._step.aim.slack)
         swing = self._step.foot.advance(self._step.aim.foothold, self._step.left * self.pendulum.dt)
         command = self._limited(self._step.aim.zmp, observation, swing)
@@ -211,12 +226,69 @@ class Supervisor:
                 ahead = dcm + lead * self._rate
             if slack < 0.0 or self.regulator.slack(self._moved(x, ahead - dcm)) < 0.0:
                 why = "the state left the regulator's set" if slack < 0.0 else "the state is about to leave it"
+                self._restored = 0
                 self._lift_off(observation, x, dcm, ahead, why)
+                return
+            if self._restore(observation, x, dcm):
                 return
         gain = self.regulator.choose(x, self._gain)
         if gain is not self._gain:
             self._gain = gain
             self._note(observation, x, f"the stiffest gain whose set holds the state is {gain.name}")
+
+    def _standing_zmp(self, time: float, x: Array) -> Array:
+        """ZMP of the regulator, about the middle of the feet or on the way over the foot that stays."""
+        assert self.regulator is not None
+        zmp = self.regulator.zmp(x, self._gain)
+        if self._restoration is None:
+            return zmp
+        # The same law about another centre: u_C moves, and -F x_C with it.
+        middle = self.regulator.centre
+        shift = self._restoration.centre(time) - middle
+        return zmp + shift + self._gain.F @ np.array([shift[0], 0.0, shift[1], 0.0])
+
+    def _watch_zmp(self, measured: Array) -> None:
+        """See how far the ZMP of the last tick was off what was wanted of it."""
+        if self._commanded is None or not math.isfinite(measured[0]) or math.hypot(*self._rate) > CALM:
+            return
+        error = measured - self._commanded
+        share = self.pendulum.dt / ZMP_ERROR_TIME
+        self._zmp_error = np.clip(self._zmp_error + share * error, -ZMP_ERROR_MOST, ZMP_ERROR_MOST)
+
+    def _restore(self, observation: Observation, x: Array, dcm: Array) -> bool:
+        """Bring the feet together once it is quiet; True when the closing step begins."""
+        assert self.regulator is not None
+        assert self._heading is not None
+        time = observation.time
+        if self._restoration is not None:
+            sole = SupportPolygon(self.robot.sole_vertices["left"])
+            if not self._restoration.may_lift(dcm, sole, self._heading):
+                if time - self._restoration.since > GIVE_UP:
+                    self._restoration, self._restored = None, ATTEMPTS
+                    self._note(observation, x, "the legs do not reach so far: the stance stays")
+                return False
+            self._close(observation, x, self._restoration)
+            return True
+        if self._landed is None or math.hypot(*(dcm - self.regulator.centre)) > QUIET:
+            self._quiet_since = None
+        elif self._quiet_since is None:
+            self._quiet_since = time
+        elif time - self._quiet_since >= QUIET_FOR and self._restored < ATTEMPTS:
+            self._quiet_since = None
+            self._restoration = closing_step(
+                self._positions(), self._landed, self._heading, self.robot, time, self.pendulum.dt
+            )
+            if self._restoration is not None:
+                self._restored += 1
+                self._note(observation, x, f"it is quiet: the COG goes over the {self._landed} foot")
+        return False
+
+    def _close(self, observation: Observation, x: Array, plan: Restoration) -> None:
+        assert self._heading is not None
+        lift = Lift(side=plan.side, step_time=plan.step_time, steps=1, slack=math.nan, candidates=())
+        aim = Aim(foothold=plan.foothold, zmp=plan.over, steps=1, slack=math.nan)
+        self._begin(observation, lift, aim, closing=True)
+        self._note(observation, x, f"the {plan.side} foot closes up")
 
     def _moved(self, x: Array, by: Array) -> Array:
         """State whose DCM is further on."""
@@ -231,26 +303,39 @@ class Supervisor:
         positions = self._positions()
         lift = self.rule.lift(ahead, positions, self._heading, sides)
         ticks = round(lift.step_time / self.pendulum.dt)
-        stance = positions[other(lift.side)]
-        state = observation.feet[lift.side]
-        self._step = _Step(
-            lift=lift,
-            foot=SwingFoot(
-                state.position, self._heading.yaw, lift.step_time, self.options.swing_height, self.pendulum.dt
-            ),
-            ticks=ticks,
-            left=ticks,
-            aim=self.rule.aim(dcm, stance, state.position[:2], self._heading, lift, ticks, lift.steps),
-        )
-        self.steps += 1
-        self._inner = support_polygon([self._feet[other(lift.side)]]).shrunk(EDGE)
+        stance, swing = positions[other(lift.side)], observation.feet[lift.side].position[:2]
+        aim = self.rule.aim(dcm, stance, swing, self._heading, lift, ticks, lift.steps)
+        self._begin(observation, lift, aim)
         self._note(observation, x, why, candidates=lift.candidates)
+
+    def _begin(self, observation: Observation, lift: Lift, aim: Aim, *, closing: bool = False) -> None:
+        assert self._heading is not None
+        dt, position = self.pendulum.dt, observation.feet[lift.side].position
+        foot = SwingFoot(position, self._heading.yaw, lift.step_time, self.options.swing_height, dt)
+        ticks = round(lift.step_time / dt)
+        self._step = _Step(lift=lift, foot=foot, ticks=ticks, left=ticks, aim=aim, closing=closing)
+        self.steps += 1
+        self._restoration, self._quiet_since = None, None
+        self._inner = support_polygon([self._feet[other(lift.side)]]).shrunk(EDGE)
+
+    def _hold(self, x: Array, dcm: Array, step: _Step) -> None:
+        """Balance over one foot while the other closes up; in trouble let it land where the rule says."""
+        foot = self._feet[other(step.lift.side)]
+        if support_polygon([foot]).slack(dcm) < 0.0:
+            step.closing, time = False, max(self.options.step_times)
+            step.lift = replace(step.lift, step_time=time)
+            step.ticks = step.left = min(step.left, round(time / self.pendulum.dt))
+            return
+        zmp = foot.position - self._gain.F @ (x - self.pendulum.rest(foot.position))
+        step.aim = replace(step.aim, zmp=zmp)
 
     def _fly(self, observation: Observation, dcm: Array, step: _Step) -> None:
         """Aim anew."""
         assert self.rule is not None
         assert self._heading is not None
-        if step.left == 0 or step.left == step.ticks:
+        if step.closing:
+            self._hold(self._x, dcm, step)
+        if step.closing or step.left == 0 or step.left == step.ticks:
             return
         before = step.aim
         stance = self._feet[other(step.lift.side)].position
@@ -315,7 +400,8 @@ class Supervisor:
                 position=observation.feet[side].position,
                 velocity=_STILL,
                 acceleration=_STILL,
-                yaw=self._heading.yaw,
+                # Two feet that are turned against each other only strain the legs; one alone can be turned back.
+                yaw=observation.feet[side].yaw if lifted is None else self._heading.yaw,
             )
             for side in SIDES
         }
