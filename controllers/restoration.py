@@ -21,7 +21,7 @@ ASTRAY = 0.02
 QUIET, QUIET_FOR = 0.012, 0.3
 # The foot is lifted when the DCM is this far inside the other sole [m].
 SAFE_TO_LIFT = 0.012
-# The COG is led over the stance foot at this speed [m/s]; the step takes at least so long [s], or this mean speed [m/s].
+# The COG is led over the stance foot at this speed [m/s]; the step takes so long [s], or longer at this mean speed.
 LEAD_SPEED = 0.15
 SHORTEST, FOOT_SPEED = 0.3, 0.6
 # A COG that is not there after so long [s] cannot get there.

@@ -14,6 +14,7 @@ from controllers.pendulum import Pendulum
 from controllers.regulator import Regulator
 from controllers.restoration import ATTEMPTS, GIVE_UP, QUIET, QUIET_FOR, Restoration, closing_step
 from controllers.signals import BalanceCommand, Candidate, Controller, Decision, FootReference, FootState, Observation
+from controllers.step_rule_sets import SetRule
 from controllers.step_rules import Aim, Heading, Lift, SteppingOptions, StepRule
 from controllers.support import Foot, SupportPolygon, support_polygon
 from controllers.swing import SwingFoot
@@ -36,6 +37,9 @@ SETTLING = 1.0
 # The ZMP of a standing body stays off its command by what friction and strain between the legs hold back. That error is
 # seen while the DCM is slower than this [m/s], smoothed over this time [s], and made up for as far as this [m].
 CALM, ZMP_ERROR_TIME, ZMP_ERROR_MOST = 0.1, 0.1, 0.02
+# A state that is only extrapolated to leave the regulator's set must be this far outside [m of ZMP]: a weaker push is
+# over before it gets there.
+SURE = 0.04
 # Share by which the rate of the DCM follows its differences at each tick.
 RATE_FILTER = 0.3
 
@@ -71,7 +75,13 @@ class Supervisor:
     """
 
     def __init__(
-        self, robot: Robot, pendulum: Pendulum, gains: Sequence[Gain], options: SteppingOptions, rule: StepRule | None
+        self,
+        robot: Robot,
+        pendulum: Pendulum,
+        gains: Sequence[Gain],
+        options: SteppingOptions,
+        rule: StepRule | None,
+        promise: SetRule | None = None,
     ) -> None:
         """Prepare.
 
@@ -81,10 +91,13 @@ class Supervisor:
             gains: the regulator's gain, then those to fall back on before a step.
             options: how it steps.
             rule: decides the steps; None never to step.
+            promise: the sets that foretell whether the steps will do; None for a controller that promises nothing. They
+                are smaller than the rule's, which asks of the feet all that they might reach.
         """
         self.robot = robot
         self.options = options
         self.rule = rule
+        self._promise = promise
         self.pendulum = pendulum
         self._gains = tuple(gains)
         self.reset()
@@ -173,12 +186,19 @@ class Supervisor:
     def foretell(self) -> tuple[float, float]:
         """What the sets say of the last tick's state: slack in the regulator's [m of ZMP], in the steppers' [m of DCM].
 
-        The latter is of the steps under way, or of the best ones from the stance; NaN without a rule that has sets.
+        The regulator's is NaN while a foot is in the air. The steppers' is that of the steps that are promised to do,
+        from the step under way or from the stance; NaN without a promise.
         """
-        regulator, stepping = self._slacks
-        if self._step is None and self.rule is not None and self._dcm is not None:
-            stepping = self.best_step(self._x).slack
-        return regulator, stepping
+        if self._promise is None or self._dcm is None or self._heading is None:
+            return self._slacks[0], math.nan
+        if self._step is None:
+            return self._slacks[0], self._promise.lift(self._dcm, self._positions(), self._heading, SIDES).slack
+        step = self._step
+        stance = self._feet[other(step.lift.side)].position
+        if step.closing:
+            return math.nan, math.nan
+        left = min(step.left, step.ticks)
+        return math.nan, self._promise.slack(self._dcm, stance, step.foot.position[:2], self._heading, step.lift, left)
 
     def best_step(self, x: Array) -> Lift:
         """The step that would be taken from the latest stance in a state (4,); changes nothing."""
@@ -224,7 +244,7 @@ class Supervisor:
             lead = self.options.early_trigger
             if lead and observation.time - self._landed_at > SETTLING:
                 ahead = dcm + lead * self._rate
-            if slack < 0.0 or self.regulator.slack(self._moved(x, ahead - dcm)) < 0.0:
+            if slack < 0.0 or self.regulator.slack(self._moved(x, ahead - dcm)) < -SURE:
                 why = "the state left the regulator's set" if slack < 0.0 else "the state is about to leave it"
                 self._restored = 0
                 self._lift_off(observation, x, dcm, ahead, why)

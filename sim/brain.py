@@ -12,7 +12,7 @@ from controllers.signals import BalanceCommand, Controller, Decision, Observatio
 from controllers.statue import Statue
 from controllers.step_rule_polygon import PolygonRule
 from controllers.step_rule_sets import SetRule
-from controllers.step_rules import SteppingOptions, StepRule, step_limits
+from controllers.step_rules import SteppingOptions, StepRule, promised, step_limits
 from controllers.supervisor import Supervisor
 from models.robot import Robot
 from scenarios.schema import DcmGain, LqrGain, Scenario
@@ -83,7 +83,8 @@ def make_brain(scenario: Scenario, robot: Robot) -> Brain:
         rule = SetRule(robot, pendulum, options, min(SOFTER))
     else:
         rule = PolygonRule(robot, pendulum, options)
-    return Supervisor(robot, pendulum, tuple(bank.values()), options, rule)
+    promise = SetRule(robot, pendulum, promised(options), min(SOFTER))
+    return Supervisor(robot, pendulum, tuple(bank.values()), options, rule, promise)
 
 
 def make_options(scenario: Scenario, robot: Robot) -> SteppingOptions:
