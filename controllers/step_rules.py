@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 CLEARANCE = 0.004
 # The hip travels with the COG while the leg swings: the foot lands that much farther than from a hip at rest.
 HIP_TRAVEL = 0.5  # as a share of the leg's own reach
-# What is counted on when a recovery is foretold, as shares of `swing_speed` and of `zmp_margin`: those whose sets foretold
-# best which of 160 random pushes the humanoid would recover from (seeds from 1000, which no reported suite uses).
+# What is counted on when a recovery is foretold, as shares of `swing_speed` and of `zmp_margin`: those whose sets
+# foretold best which of 160 random pushes the humanoid would recover from (seeds from 1000, used by no reported suite).
 PROMISED_SPEED, PROMISED_MARGIN = 0.45, 1.5
 # A landed foot likes to be this far outside of the DCM, so that the DCM comes to rest between the feet [m].
 OUTWARDS = 0.04
