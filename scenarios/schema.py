@@ -167,7 +167,8 @@ class Scenario(Strict):
         description: one line.
         robot: name of a file of `models/`, or a path to an `.xml` file.
         world: what is simulated.
-        controller: who answers the pushes: "paper" by one fixed stepping reference; "regulator" and "statue" never step.
+        controller: who answers the pushes: "paper" by one fixed stepping reference; "regulator" and "statue" never
+            step.
         whole_body: how the balance command becomes joint targets.
         duration: length of the episode [s].
         seed: of everything that is drawn.
