@@ -16,7 +16,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from models.errors import InputError
-from scenarios.library import check_against, find, load, shipped
+from scenarios.catalogue import check_against, find, load, shipped
 from scenarios.schema import Controller, Scenario, WholeBody, World
 from sim import cli_ablation, cli_hardest, cli_report, cli_sweep, run_folder
 from sim.cli_sets import register

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from models.errors import InputError
-from scenarios.suite_library import load_suite
+from scenarios.suite_catalogue import load_suite
 from sim.cli_sweep import run_suite, whole_count
 
 # What takes long to import (statistics, pictures) is imported by the command that needs it.

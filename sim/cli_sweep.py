@@ -15,7 +15,7 @@ from rich.table import Table
 from models.errors import InputError
 from scenarios.schema import World
 from scenarios.suite import MANY
-from scenarios.suite_library import LoadedSuite, in_world, load_suite
+from scenarios.suite_catalogue import LoadedSuite, in_world, load_suite
 
 # What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
 

@@ -16,7 +16,7 @@ from controllers.signals import BalanceCommand, FootReference, FootState, JointT
 from models.arena import SIDES
 from models.errors import OkiagariError
 from models.robot import Robot, load_robot
-from scenarios.library import check_against
+from scenarios.catalogue import check_against
 from scenarios.schema import Scenario
 from sim.observer import Observer
 from sim.outcome import FALL_HEIGHT, FALL_TILT

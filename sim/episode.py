@@ -9,7 +9,7 @@ from typing import Any
 
 from controllers.whole_body import WholeBody
 from models.robot import Robot, load_robot
-from scenarios.library import check_against
+from scenarios.catalogue import check_against
 from scenarios.schema import Scenario
 from sim.brain import Brain, make_brain
 from sim.motors import MotorUse

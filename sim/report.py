@@ -10,7 +10,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from scenarios.suite_library import shipped as shipped_suites
+from scenarios.suite_catalogue import shipped as shipped_suites
 from sim import wording
 from sim.ablation import difference_words, p_words, reference_rows, split_words
 from sim.baseline import of_sweep, read_baseline

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from models.errors import InputError
-from scenarios.suite_library import LoadedSuite
+from scenarios.suite_catalogue import LoadedSuite
 from sim.executors import Workers
 from sim.sweep_agenda import Agenda
 from sim.sweep_crew import Crew

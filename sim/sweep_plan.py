@@ -15,13 +15,13 @@ from controllers.gains import GainError
 from controllers.pendulum import Pendulum
 from models.errors import InputError
 from models.robot import Robot
+from scenarios.catalogue import check_against
 from scenarios.complaint import complaint
-from scenarios.library import check_against
 from scenarios.push import Push
 from scenarios.schema import Scenario
 from scenarios.suite import SIZES, Suite
+from scenarios.suite_catalogue import START, LoadedSuite
 from scenarios.suite_drawn import Random
-from scenarios.suite_library import START, LoadedSuite
 from scenarios.variants import changed, parameter_of
 from sim.brain import make_gain
 from sim.push_size import robot_named

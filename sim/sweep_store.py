@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from models.errors import InputError
-from scenarios.suite_library import LoadedSuite
+from scenarios.suite_catalogue import LoadedSuite
 from sim import results
 from sim.sweep_plan import suite_hash
 from sim.versions import commit, versions

@@ -7,7 +7,7 @@ from rich.table import Table
 
 from models.arena import build_arena
 from models.robot import STAND, load_robot
-from scenarios.library import load
+from scenarios.catalogue import load
 from scenarios.schema import Scenario
 from sim.episode import run_episode
 from tests.benchmarks.timing import best_of, in_words, show, table

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 
-from scenarios.suite_library import load_suite
+from scenarios.suite_catalogue import load_suite
 from sim.executors import local
 from sim.sweep import run_sweep
 from sim.sweep_agenda import Agenda

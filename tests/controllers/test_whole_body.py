@@ -11,7 +11,7 @@ from controllers.signals import BalanceCommand, FootReference, Observation
 from controllers.whole_body import WholeBody, make_whole_body
 from models.arena import SIDES
 from models.robot import Robot, load_robot
-from scenarios.library import load
+from scenarios.catalogue import load
 from sim.world import HumanoidWorld
 
 LAYERS = ("dynamics", "ik")

@@ -120,8 +120,10 @@ def test_unknown_robots_are_refused_by_name(name: str) -> None:
 
 def test_a_robot_without_the_conventions_is_refused(tmp_path) -> None:
     path = tmp_path / "ball.xml"
-    path.write_text("<mujoco><worldbody><body name='trunk'><freejoint name='root_joint'/>"
-                    "<geom name='left_sole' size='.1'/></body></worldbody></mujoco>")
+    path.write_text(
+        "<mujoco><worldbody><body name='trunk'><freejoint name='root_joint'/>"
+        "<geom name='left_sole' size='.1'/></body></worldbody></mujoco>"
+    )
     with pytest.raises(InputError, match=r"ball\.xml") as refusal:
         load_robot(str(path))
     assert "\n" not in str(refusal.value)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from models.errors import InputError
-from scenarios.suite_library import load_suite, shipped
+from scenarios.suite_catalogue import load_suite, shipped
 
 PLAIN = 'description = "x"\n'
 SMALL = "[axes]\ndirection = [0]\ndelta_v = [0.1]\n"

@@ -8,7 +8,7 @@ import pytest
 
 from models.errors import InputError
 from scenarios.schema import Scenario
-from scenarios.suite_library import load_suite
+from scenarios.suite_catalogue import load_suite
 from scenarios.variants import CHANGEABLE, DECIDED, changed
 from tests.scenarios.test_suite import PLAIN, SMALL, written
 

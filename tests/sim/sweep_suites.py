@@ -10,7 +10,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from scenarios.suite_library import LoadedSuite, load_suite
+from scenarios.suite_catalogue import LoadedSuite, load_suite
 from sim.executors import Workers
 from sim.results import TIMING
 from sim.sweep_episode import Job, run_job

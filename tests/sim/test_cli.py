@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.library import shipped
+from scenarios.catalogue import shipped
 from sim.cli import main
 from sim.run_folder import DECISIONS, FIGURE, OUTCOME, SCENARIO, TRACE, VIDEO
 from sim.trace import load_trace

@@ -8,12 +8,12 @@ import sys
 
 import numpy as np
 
-from scenarios.library import load
+from scenarios.catalogue import load
 from sim.episode import run_episode
 
 PROGRAM = """
 import hashlib
-from scenarios.library import load
+from scenarios.catalogue import load
 from sim.episode import run_episode
 trace = run_episode(load("push_back", {"seed": 3}), polygons=False).trace
 print(hashlib.sha256(trace.values.tobytes(order="C")).hexdigest())

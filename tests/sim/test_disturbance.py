@@ -11,7 +11,7 @@ from controllers.signals import Observation
 from models.arena import FLOOR
 from models.errors import InputError
 from models.robot import load_robot
-from scenarios.library import check_against, load
+from scenarios.catalogue import check_against, load
 from scenarios.schema import Scenario
 from sim.episode import EpisodeResult, run_episode
 from sim.observer import Observer

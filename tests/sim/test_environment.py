@@ -12,7 +12,7 @@ from dm_env import test_utils
 
 from controllers.whole_body import make_whole_body
 from models.robot import load_robot
-from scenarios.library import load
+from scenarios.catalogue import load
 from scenarios.schema import Scenario
 from sim.brain import make_brain
 from sim.environment import (

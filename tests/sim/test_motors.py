@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from models.robot import load_robot
-from scenarios.library import load
+from scenarios.catalogue import load
 from sim.episode import run_episode
 from sim.motors import MotorLog, MotorUse
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.library import load
+from scenarios.catalogue import load
 from sim.film_strip import FRAMES
 from sim.report import REPORT, write_report
 from sim.report_failures import film_strip

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from models.errors import InputError
-from scenarios.library import load
+from scenarios.catalogue import load
 from sim.episode import EpisodeResult, run_episode
 from sim.outcome import judge
 from sim.run_folder import DECISIONS, FILES, OUTCOME, SCENARIO, TRACE, free_folder, staged, write_records
@@ -114,8 +114,9 @@ def test_empty_folder_is_taken(tmp_path: Path) -> None:
 def test_folder_with_anything_else_is_never_touched(overwrite: bool, tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("precious")
     (tmp_path / SCENARIO).write_text("x")
-    with pytest.raises(InputError, match=r"holds 'thesis\.tex', which no run writes"), staged(
-        tmp_path, overwrite=overwrite
+    with (
+        pytest.raises(InputError, match=r"holds 'thesis\.tex', which no run writes"),
+        staged(tmp_path, overwrite=overwrite),
     ):
         pass
     assert (tmp_path / "thesis.tex").read_text() == "precious"

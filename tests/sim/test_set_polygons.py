@@ -9,7 +9,7 @@ from controllers.step_rule_sets import SetRule
 from controllers.step_rules import Heading
 from controllers.supervisor import Supervisor
 from models.robot import Robot, load_robot, other
-from scenarios.library import load
+from scenarios.catalogue import load
 from sim.brain import make_brain
 from sim.plant import PendulumPlant
 from sim.set_polygons import PLANES, Plane, admissible_polygons, dcm_polytope

@@ -15,7 +15,7 @@ from controllers.footholds import StepLimits
 from controllers.limits import capturability
 from controllers.pendulum import Pendulum
 from models.robot import load_robot
-from scenarios.library import load
+from scenarios.catalogue import load
 from scenarios.schema import Scenario
 from sim.cli import main
 from sim.set_figures_walk import standing_feet

@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from models.errors import InputError
-from scenarios.suite_library import LoadedSuite
+from scenarios.suite_catalogue import LoadedSuite
 from sim import results, sweep_store
 from sim.executors import Workers, local
 from sim.results import read_results, row_files

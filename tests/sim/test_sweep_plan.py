@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from models.errors import InputError
-from scenarios.suite_library import in_world
+from scenarios.suite_catalogue import in_world
 from sim.sweep_plan import Episode, plan, scenario_of, suite_hash
 from tests.sim.sweep_suites import PENDULUM, suite
 

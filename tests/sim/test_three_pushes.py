@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from scenarios.library import load
+from scenarios.catalogue import load
 from sim.episode import EpisodeResult, run_episode
 from sim.outcome import REST_SPEED, Result
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from models.robot import load_robot
-from scenarios.library import load
+from scenarios.catalogue import load
 from sim.episode import run_episode
 from sim.replay import replay
 from sim.results import read_results

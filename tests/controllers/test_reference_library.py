@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from controllers.disk_cache import CacheError, content_key, load_or_build
 from controllers.footholds import StepLimits
 from controllers.gains import dcm
-from controllers.library import ReferenceLibrary, reference_library
-from controllers.library_cache import CacheError, content_key, load_or_build
-from controllers.library_grid import LibraryError, LibraryGrid
 from controllers.moa import regulator_set
 from controllers.pendulum import Pendulum
+from controllers.reference_grid import LibraryError, LibraryGrid
+from controllers.reference_library import ReferenceLibrary, reference_library
 from controllers.support import Foot
 from controllers.tracking_sets import tracking_sets
 from models.arena import Side
@@ -147,7 +147,7 @@ def test_two_processes_that_write_at_once_leave_a_whole_file(tmp_path: Path) -> 
     code = """
 import sys, numpy as np
 from pathlib import Path
-from controllers.library_cache import _read, _write
+from controllers.disk_cache import _read, _write
 directory, mine = Path(sys.argv[1]), float(sys.argv[2])
 for _ in range(60):
     _write(directory / "k.references", "k", {"a": np.full(20_000, mine)})

@@ -11,8 +11,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from models.errors import InputError
+from scenarios.catalogue import load
 from scenarios.complaint import complaint, near
-from scenarios.library import load
 from scenarios.push import Push
 from scenarios.schema import Scenario, World
 from scenarios.suite import SIZES, SUITE_TABLES, Suite

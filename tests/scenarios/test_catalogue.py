@@ -10,7 +10,7 @@ import tomli_w
 
 from models.errors import InputError
 from models.robot import Robot, load_robot
-from scenarios.library import check_against, load, shipped
+from scenarios.catalogue import check_against, load, shipped
 from scenarios.schema import Scenario
 
 PUSH = "[[pushes]]\nstart = 3.0\n"

@@ -16,16 +16,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from controllers.disk_cache import content_key, load_or_build
 from controllers.footholds import StepLimits
 from controllers.gains import Gain
 from controllers.gait import StepPlan, true_supports
 from controllers.gait_phases import StepPhases, step_phases
 from controllers.gait_program import solve
-from controllers.library_cache import content_key, load_or_build
-from controllers.library_grid import LibraryError, LibraryGrid
 from controllers.moa import regulator_set
 from controllers.pendulum import Pendulum
 from controllers.reference import Reference
+from controllers.reference_grid import LibraryError, LibraryGrid
 from controllers.support import Foot
 from controllers.tracking_sets import tracking_sets
 from models.arena import SIDES, Side
