@@ -20,13 +20,13 @@ from numpy.typing import ArrayLike
 from controllers.gains import Gain
 from controllers.gait import StepPlan, true_supports
 from controllers.gait_phases import StepPhases
-from controllers.linear_program import InfeasibleProgramError, LinearProgram
+from controllers.linear_program import LinearProgram
 from controllers.moa import MoaSet
-from controllers.parametric_outline import outline
+from controllers.outline import outline
 from controllers.parametric_rows import Rows, ZmpLaw
 from controllers.parametric_shadow import shadow
 from controllers.pendulum import Pendulum
-from controllers.polytope import Polytope
+from controllers.polytope import EmptyPolytopeError, Polytope, projection
 from controllers.reference import Reference
 from controllers.support import Foot
 from models.arena import Side
@@ -238,14 +238,8 @@ class ParametricSet:
         sides[:2, :2], sides[2:, :2] = np.eye(2), -np.eye(2)
         limits = np.concatenate((middle / scale + 1.0, 1.0 - middle / scale))
         a = np.concatenate((lifted.a - lifted.S[:, fixed] @ at[fixed], limits))
-        program = LinearProgram(np.vstack((S, sides)), a)
-        cost = np.zeros(S.shape[1])
-
-        def farthest(direction: np.ndarray) -> np.ndarray:
-            cost[:2] = direction * scale
-            return program.maximise(cost)[:2] * scale
-
+        cut = projection(np.vstack((S, sides)), a, (0, 1))
         try:
-            return outline(farthest, scale, accuracy)
-        except InfeasibleProgramError:
+            return outline(cut, accuracy=accuracy) * scale
+        except EmptyPolytopeError:
             return np.empty((0, 2))

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from controllers.linear_program import InfeasibleProgramError, LinearProgram, UnboundedProgramError
-from controllers.polytope import EmptyPolytopeError, Polytope, PolytopeError, UnboundedPolytopeError
+from controllers.polytope import EmptyPolytopeError, Polytope, PolytopeError, projection
 
 # Below this share of the width a facet has been found.
 _EXACT = 1e-9
@@ -34,22 +33,10 @@ def shadow(lifted: Polytope, output: np.ndarray) -> Polytope:
     """
     dim = len(output)
     back = np.linalg.pinv(output)
-    program = LinearProgram(np.column_stack((lifted.S[:, :4] @ back, lifted.S[:, 4:])), lifted.a)
-    size = dim + lifted.n - 4
-    keep = [*range(dim), size - 1]
-
-    def farthest(direction: np.ndarray) -> np.ndarray:
-        cost = np.zeros(size)
-        cost[keep] = direction
-        try:
-            return program.maximise(cost)[keep]
-        except UnboundedProgramError:
-            raise UnboundedPolytopeError("the projection is unbounded") from None
-        except InfeasibleProgramError:
-            raise EmptyPolytopeError("the projection of an empty set") from None
-
-    eye = np.eye(len(keep))
-    corners = np.array([[1.0 if i >> j & 1 else -1.0 for j in range(len(keep))] for i in range(2 ** len(keep))])
+    S = np.column_stack((lifted.S[:, :4] @ back, lifted.S[:, 4:]))
+    farthest = projection(S, lifted.a, [*range(dim), S.shape[1] - 1])
+    eye = np.eye(dim + 1)
+    corners = np.array([[1.0 if i >> j & 1 else -1.0 for j in range(dim + 1)] for i in range(2 ** (dim + 1))])
     points = np.array([farthest(direction) for direction in (*eye, *-eye, *corners)])
     # Coordinates in shares of the set's width, so that rounding means the same along each.
     width = np.ptp(points, axis=0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from controllers.linear_program import (
     UnboundedProgramError,
     chebyshev_centre,
 )
+from controllers.outline import outline
 from models.errors import OkiagariError
 
 # A set thinner than this [m] has no inside that double precision can work with.
@@ -170,43 +171,14 @@ class Polytope:
     def project(self, axes: tuple[int, int]) -> np.ndarray:
         """Vertices (p, 2), counter-clockwise, of the shadow of the set on the plane of two coordinates.
 
-        By its support function: each edge found is pushed outward until nothing lies beyond it. Unlike
-        the hull of the vertices, whose number is the product over the axes, this stays cheap in 4-D.
+        By its support function: unlike the hull of the vertices, whose number is the product over the axes, this
+        stays cheap in 4-D.
 
         Raises:
             EmptyPolytopeError: the set is empty.
             UnboundedPolytopeError: the shadow is unbounded.
         """
-        program = LinearProgram(self.S, self.a)
-        keep = list(axes)
-
-        def farthest(nx: float, ny: float) -> np.ndarray:
-            direction = np.zeros(self.n)
-            direction[keep] = nx, ny
-            try:
-                return program.maximise(direction)[keep]
-            except UnboundedProgramError:
-                raise UnboundedPolytopeError("the projection is unbounded: intersect the set with a box") from None
-            except InfeasibleProgramError:
-                raise EmptyPolytopeError("the projection of an empty set") from None
-
-        corners = [farthest(nx, ny) for nx, ny in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))]
-        near = 1e-9 * float(np.ptp(corners, axis=0).max())
-        outline: list[np.ndarray] = []
-        edges = [(corners[i], corners[(i + 1) % 4]) for i in (3, 2, 1, 0)]
-        while edges:
-            start, end = edges.pop()
-            dx, dy = (end - start).tolist()
-            length = float(np.hypot(dx, dy))
-            if length <= near:
-                continue
-            normal = np.array([dy, -dx]) / length
-            corner = farthest(*normal.tolist())
-            if normal @ (corner - start) <= near:
-                outline.append(start)
-            else:
-                edges += [(corner, end), (start, corner)]
-        return np.array(outline).reshape(-1, 2)
+        return outline(projection(self.S, self.a, axes))
 
     @property
     def area(self) -> float:
@@ -214,6 +186,33 @@ class Polytope:
         if self.n != 2:
             raise PolytopeError(f"area is of a set of the plane, this one has {self.n} dimensions: slice or project it")
         return polygon_area(self.vertices())
+
+
+def projection(S: np.ndarray, a: np.ndarray, keep: Sequence[int]) -> Callable[[np.ndarray], np.ndarray]:
+    """Support function of the shadow of {x : S x <= a} on some coordinates.
+
+    Args:
+        S: (r, n) rows.
+        a: (r,) right sides.
+        keep: the d coordinates, in the order of the shadow's.
+
+    Returns:
+        gives a point (d,) of the shadow farthest along a direction (d,); raises `EmptyPolytopeError` if there is
+        no point at all, and `UnboundedPolytopeError` if there is no farthest one.
+    """
+    program, kept = LinearProgram(S, a), list(keep)
+    cost = np.zeros(S.shape[1])
+
+    def farthest(direction: np.ndarray) -> np.ndarray:
+        cost[kept] = direction
+        try:
+            return program.maximise(cost)[kept]
+        except UnboundedProgramError:
+            raise UnboundedPolytopeError("the projection is unbounded: intersect the set with a box") from None
+        except InfeasibleProgramError:
+            raise EmptyPolytopeError("the projection of an empty set") from None
+
+    return farthest
 
 
 def polygon_area(vertices: np.ndarray) -> float:
