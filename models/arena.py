@@ -58,27 +58,15 @@ def build_arena(robot_xml: Path, *, timestep: float = 0.001) -> mujoco.MjSpec:
 
 
 def _add_floor(spec: mujoco.MjSpec) -> None:
-    spec.add_texture(
-        name="floor",
-        type=mujoco.mjtTexture.mjTEXTURE_2D,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=[0.93, 0.93, 0.91],
-        rgb2=[0.87, 0.88, 0.88],
-        width=256,
-        height=256,
-    )
+    texture, pattern = mujoco.mjtTexture, mujoco.mjtBuiltin
+    for name, kind, builtin, first, second, size in (
+        ("floor", texture.mjTEXTURE_2D, pattern.mjBUILTIN_CHECKER, (0.93, 0.93, 0.91), (0.87, 0.88, 0.88), 256),
+        ("sky", texture.mjTEXTURE_SKYBOX, pattern.mjBUILTIN_GRADIENT, (0.90, 0.93, 0.97), (0.98, 0.98, 0.98), 64),
+    ):
+        spec.add_texture(name=name, type=kind, builtin=builtin, rgb1=first, rgb2=second, width=size, height=size)
     textures = [""] * mujoco.mjtTextureRole.mjNTEXROLE
     textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
     spec.add_material(name="floor", textures=textures, texrepeat=[5, 5], texuniform=True)
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.90, 0.93, 0.97],
-        rgb2=[0.98, 0.98, 0.98],
-        width=64,
-        height=64,
-    )
     spec.worldbody.add_geom(
         name=FLOOR,
         type=mujoco.mjtGeom.mjGEOM_PLANE,
