@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ from pydantic import ValidationError
 
 from models.errors import InputError
 from scenarios.complaint import complaint, near
+from scenarios.files import files_of, find_file, read_toml, robot_beside
 from scenarios.push import COG
 from scenarios.schema import Scenario
 
@@ -22,7 +22,7 @@ SHIPPED = Path(__file__).parent
 
 def shipped() -> dict[str, Path]:
     """The scenarios that come with Okiagari: name -> file."""
-    return {path.stem: path for path in sorted(SHIPPED.glob("*.toml"))}
+    return files_of(SHIPPED)
 
 
 def find(name: str | Path) -> Path:
@@ -34,18 +34,7 @@ def find(name: str | Path) -> Path:
     Raises:
         InputError: if there is none; lists the names there are.
     """
-    known = shipped()
-    if str(name) in known:
-        return known[str(name)]
-    path = Path(name)
-    if path.suffix == ".toml":
-        if path.is_file():
-            return path
-        raise InputError(f"scenario: no file {str(path)!r}")
-    raise InputError(
-        f"scenario: {str(name)!r} is neither one of {', '.join(known)} "
-        f"nor a path to a .toml file{near(str(name), known)}"
-    )
+    return find_file("scenario", name, shipped())
 
 
 def load(name: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenario:
@@ -60,15 +49,9 @@ def load(name: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenar
             value and what is allowed.
     """
     path = find(name)
-    try:
-        fields = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError as error:  # of the encoding, or of TOML
-        raise InputError(f"{path}: not a TOML file: {' '.join(str(error).split())}") from None
-    robot = fields.get("robot")
-    if isinstance(robot, str) and robot.endswith(".xml"):
-        fields["robot"] = str((path.parent / robot).resolve())
+    _, fields = read_toml(path)
+    if isinstance(fields.get("robot"), str):
+        fields["robot"] = robot_beside(path, fields["robot"])
     try:
         return Scenario.model_validate(fields | dict(overrides or {}))
     except ValidationError as error:

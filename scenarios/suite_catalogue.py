@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +11,8 @@ from pydantic import ValidationError
 
 from models.errors import InputError
 from scenarios.catalogue import load
-from scenarios.complaint import complaint, near
+from scenarios.complaint import complaint
+from scenarios.files import files_of, find_file, read_toml, robot_beside
 from scenarios.push import Push
 from scenarios.schema import Scenario, World
 from scenarios.suite import SIZES, SUITE_TABLES, Suite
@@ -56,7 +56,7 @@ class LoadedSuite:
 
 def shipped() -> dict[str, Path]:
     """The suites that come with Okiagari: name -> file."""
-    return {path.stem: path for path in sorted(SHIPPED.glob("*.toml"))}
+    return files_of(SHIPPED)
 
 
 def load_suite(name: str | Path) -> LoadedSuite:
@@ -68,14 +68,8 @@ def load_suite(name: str | Path) -> LoadedSuite:
     Raises:
         InputError: if it cannot be read or says something that is not allowed; one line.
     """
-    path = _find(name)
-    try:
-        text = path.read_text(encoding="utf-8")
-        fields = tomllib.loads(text)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError as error:  # of the encoding, or of TOML
-        raise InputError(f"{path}: not a TOML file: {' '.join(str(error).split())}") from None
+    path = find_file("suite", name, shipped())
+    text, fields = read_toml(path)
     try:
         suite = Suite.model_validate(fields)
     except ValidationError as error:
@@ -97,20 +91,6 @@ def in_world(loaded: LoadedSuite, world: World) -> LoadedSuite:
     return replace(loaded, suite=loaded.suite.model_copy(update={"axes": axes}), only=world)
 
 
-def _find(name: str | Path) -> Path:
-    known = shipped()
-    if str(name) in known:
-        return known[str(name)]
-    path = Path(name)
-    if path.suffix == ".toml":
-        if path.is_file():
-            return path
-        raise InputError(f"suite: no file {str(path)!r}")
-    raise InputError(
-        f"suite: {str(name)!r} is neither one of {', '.join(known)} nor a path to a .toml file{near(str(name), known)}"
-    )
-
-
 def _base(suite: Suite, path: Path) -> Scenario:
     if isinstance(suite.scenario, str):
         given = suite.scenario
@@ -119,9 +99,8 @@ def _base(suite: Suite, path: Path) -> Scenario:
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
     fields = {"description": suite.description} | suite.scenario
-    robot = fields.get("robot")
-    if isinstance(robot, str) and robot.endswith(".xml"):
-        fields["robot"] = str((path.parent / robot).resolve())
+    if isinstance(fields.get("robot"), str):
+        fields["robot"] = robot_beside(path, fields["robot"])
     try:
         return Scenario.model_validate(fields)
     except ValidationError as error:

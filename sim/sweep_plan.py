@@ -17,6 +17,7 @@ from models.errors import InputError
 from models.robot import Robot
 from scenarios.catalogue import check_against
 from scenarios.complaint import complaint
+from scenarios.files import robot_beside
 from scenarios.push import Push
 from scenarios.schema import Scenario
 from scenarios.suite import SIZES, Suite
@@ -214,9 +215,7 @@ def _within(parameters: Mapping[str, Any]) -> str:
 
 
 def _robot_name(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> str:
-    """As a scenario names it: a path is relative to the suite's file."""
-    name: str = parameters["robot"]
-    return str((loaded.path.parent / name).resolve()) if name.endswith(".xml") else name
+    return robot_beside(loaded.path, parameters["robot"])
 
 
 def _robot(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> Robot:

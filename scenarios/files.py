@@ -1,0 +1,59 @@
+"""Scenario and suite files: found by name or path, read as TOML, and what they name beside them."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from models.errors import InputError
+from scenarios.complaint import near
+
+
+def files_of(folder: Path) -> dict[str, Path]:
+    """The `.toml` files of a folder: name -> file."""
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def find_file(kind: str, name: str | Path, known: Mapping[str, Path]) -> Path:
+    """Find a file by its name or path.
+
+    Args:
+        kind: what it should be, to begin a message with.
+        name: of one that is known, or a path to a `.toml` file.
+        known: name -> file.
+
+    Raises:
+        InputError: if there is none; lists the names there are.
+    """
+    if str(name) in known:
+        return known[str(name)]
+    path = Path(name)
+    if path.suffix == ".toml":
+        if path.is_file():
+            return path
+        raise InputError(f"{kind}: no file {str(path)!r}")
+    raise InputError(
+        f"{kind}: {str(name)!r} is neither one of {', '.join(known)} nor a path to a .toml file{near(str(name), known)}"
+    )
+
+
+def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
+    """The text of a file, and its fields.
+
+    Raises:
+        InputError: if it cannot be read, or is no TOML.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        return text, tomllib.loads(text)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:  # of the encoding, or of TOML
+        raise InputError(f"{path}: not a TOML file: {' '.join(str(error).split())}") from None
+
+
+def robot_beside(path: Path, robot: str) -> str:
+    """A robot as a file names it: the path of an `.xml` file is relative to that of the file."""
+    return str((path.parent / robot).resolve()) if robot.endswith(".xml") else robot
