@@ -1,14 +1,20 @@
-"""Convex polygons by the offsets of their edges along fixed normals, so that Minkowski sums are plain sums."""
+"""Convex polygons of the plane: by their corners, and by the offsets of their edges along fixed normals.
+
+Along fixed normals Minkowski sums are plain sums.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from operator import itemgetter
 
 import numpy as np
 
 from models.errors import OkiagariError
 
+# Points no farther than this [m] from a line are on it: a million times the rounding of a metre, far below a sole.
+COLLINEAR = 1e-9
 # Normals (unit vectors) that agree to this are one: a nanoradian moves no edge of a sole by more than its rounding.
 _SAME = 1e-9
 # An edge shorter than this [m] is a corner: far below a sole, far above the rounding of a clip.
@@ -85,6 +91,52 @@ def corners(normals: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     if len(distinct) < 3:
         raise EmptyPlanarError("the half-planes share no area")
     return np.array(distinct)
+
+
+def hull(points: Iterable[tuple[float, float]]) -> Points:
+    """Convex hull of one point or more, counter-clockwise from the lowest of the leftmost; under three if it is flat.
+
+    Every corner is one of the points and farther than `COLLINEAR` from the line through its neighbours; a point that
+    was left out may be so far, times the number of points, beyond the edges.
+    """
+    ordered = sorted(points)
+    # Corners that rounding alone sets apart would be kept, were they not dropped afterwards. To leave them out while
+    # the chains grow is not sound: points nearly in line, or nearly one, may then hide a corner or be met twice.
+    chain = _half_hull(ordered)
+    chain.pop()
+    ordered.reverse()
+    chain += _half_hull(ordered)
+    chain.pop()
+    while len(chain) > 2:
+        least, flattest, start = math.inf, 0, 0
+        (ax, ay), (bx, by) = chain[-2], chain[-1]
+        for i, (cx, cy) in enumerate(chain, -1):
+            turn = (bx - ax) * (cy - by) - (by - ay) * (cx - bx)
+            across = math.sqrt((cx - ax) * (cx - ax) + (cy - ay) * (cy - ay))
+            # A flat hull goes there and back.
+            height = turn / across if across > 0.0 else 0.0
+            if height < least:
+                least, flattest = height, i
+            ax, ay, bx, by = bx, by, cx, cy
+        if least > COLLINEAR:
+            break
+        del chain[flattest]
+    left = min(chain)[0] + COLLINEAR
+    start = chain.index(min([point for point in chain if point[0] <= left], key=itemgetter(1)))
+    return chain[start:] + chain[:start]
+
+
+def _half_hull(ordered: Points) -> Points:
+    """Corners from the first to the last of points in order, the hull to the left of the way."""
+    chain: Points = []
+    for x, y in ordered:
+        while len(chain) > 1:
+            (ax, ay), (bx, by) = chain[-2], chain[-1]
+            if (bx - ax) * (y - by) - (by - ay) * (x - bx) > 0.0:
+                break
+            chain.pop()
+        chain.append((x, y))
+    return chain
 
 
 def clipped(points: Points, half_planes: Iterable[tuple[Sequence[float], float]]) -> Points:

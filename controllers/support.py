@@ -9,10 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from controllers.planar import COLLINEAR, clipped, hull
 from models.errors import OkiagariError
 
-# Points closer than this to a line count as on it: a thousand times the rounding of a metre, far below a sole.
-_COLLINEAR = 1e-9
+# Corners closer than this [m] are one: less than `hull` leaves between any two.
+_SAME = 0.5 * COLLINEAR
 _COMPASS = ("front", "front left", "left", "rear left", "rear", "rear right", "right", "front right")
 
 
@@ -56,21 +57,25 @@ class SupportPolygon:
     def __post_init__(self) -> None:
         vertices = _planar("vertices", self.vertices)
         corners = [(float(x), float(y)) for x, y in vertices.tolist()]
-        edges, area, moment_x, moment_y = [], 0.0, 0.0, 0.0
+        edges, area, moment_x, moment_y, reversals = [], 0.0, 0.0, 0.0, 0
         ox, oy = corners[0]
         for i, (x, y) in enumerate(corners):
             nx, ny = corners[(i + 1) % len(corners)]
             fx, fy = corners[(i + 2) % len(corners)]
             length = math.hypot(nx - x, ny - y)
             turn = (nx - x) * (fy - ny) - (ny - y) * (fx - nx)
-            if length <= _COLLINEAR or turn <= 0.0:
+            if length <= _SAME or turn <= 0.0:
                 raise SupportError("vertices must be distinct, strictly convex and counter-clockwise")
+            reversals += (ny < y) != (fy < ny)
             mx, my = (ny - y) / length, (x - nx) / length
             edges.append((mx, my, mx * x + my * y))
             twice = (x - ox) * (ny - oy) - (y - oy) * (nx - ox)
             area += twice
             moment_x += twice * (x + nx - 2.0 * ox)
             moment_y += twice * (y + ny - 2.0 * oy)
+        # Left turns only, but round more than once.
+        if reversals != 2:
+            raise SupportError("vertices must go round once")
         rows = np.array(edges)
         centre = np.array([ox + moment_x / (3.0 * area), oy + moment_y / (3.0 * area)])
         normals, offsets = np.ascontiguousarray(rows[:, :2]), np.ascontiguousarray(rows[:, 2])
@@ -137,15 +142,11 @@ class SupportPolygon:
             raise SupportError(f"margin must be a finite non-negative number of metres, got {margin!r}")
         if margin == 0.0:
             return self
-        points = list(self._corners)
-        for mx, my, v in self._edges:
-            points = _clip(points, mx, my, v - margin)
-            if len(points) < 3:
-                raise EmptyPolygonError(f"nothing is left of the polygon {margin} m inside its edges")
-        try:
-            return SupportPolygon(np.array(_hull(points)))
-        except SupportError as error:
-            raise EmptyPolygonError(f"nothing is left of the polygon {margin} m inside its edges") from error
+        points = clipped(list(self._corners), [((mx, my), v - margin) for mx, my, v in self._edges])
+        corners = hull(points) if points else []
+        if len(corners) < 3:
+            raise EmptyPolygonError(f"nothing is left of the polygon {margin} m inside its edges")
+        return SupportPolygon(np.array(corners))
 
     def moved(self, offset: Point) -> SupportPolygon:
         """The polygon shifted by `offset` (2,) [m]; skips the checks that a shift cannot break."""
@@ -219,45 +220,4 @@ def support_polygon(feet: Sequence[Foot]) -> SupportPolygon:
     points = [(x, y) for foot in feet for x, y in foot.vertices.tolist()]
     if not points:
         raise SupportError("no foot on the floor: there is no support polygon")
-    return SupportPolygon(np.array(_hull(points)))
-
-
-def _clip(points: list[tuple[float, float]], mx: float, my: float, v: float) -> list[tuple[float, float]]:
-    kept = []
-    ax, ay = points[-1]
-    before = v - mx * ax - my * ay
-    for bx, by in points:
-        after = v - mx * bx - my * by
-        if (before < 0.0) != (after < 0.0):
-            t = before / (before - after)
-            kept.append((ax + t * (bx - ax), ay + t * (by - ay)))
-        if after >= 0.0:
-            kept.append((bx, by))
-        ax, ay, before = bx, by, after
-    return kept
-
-
-def _hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Gift wrapping: with eight points as fast as sorting, and sound when edges of two soles are in line.
-
-    (A monotone chain sorts points in line by their rounding and may then drop a corner.)
-    """
-    left = min(x for x, _ in points) + _COLLINEAR
-    start = min((p for p in points if p[0] <= left), key=lambda p: p[1])
-    hull = [start]
-    for _ in points:
-        px, py = hull[-1]
-        found, qx, qy, far = None, 0.0, 0.0, 0.0
-        for point in points:
-            rx, ry = point[0] - px, point[1] - py
-            distance = math.sqrt(rx * rx + ry * ry)
-            if distance <= _COLLINEAR:
-                continue
-            turn = qx * ry - qy * rx
-            reach = _COLLINEAR * max(distance, far)
-            if found is None or turn < -reach or (turn <= reach and distance > far):
-                found, qx, qy, far = point, rx, ry, distance
-        if found is None or math.hypot(found[0] - start[0], found[1] - start[1]) <= _COLLINEAR:
-            break
-        hull.append(found)
-    return hull
+    return SupportPolygon(np.array(hull(points)))
