@@ -152,11 +152,16 @@ def _last_foothold(
     """
     if ample and (feet := _cone(normals, room, weights, box)):
         return np.array(nearest(feet, float(wanted[0]), float(wanted[1])))
-    # All lam that bring y into the box, and the best of them.
+    # All 1 / lam that bring y into the box, and the best of them. Of y nothing is known below the accuracy of the
+    # solver: a side of no width at 0 would otherwise exclude every lam by a y of 1e-20 across it.
     lower, upper = 1.0 / weights[1], 1.0 / weights[0]
     for value, low, high in zip(middle.tolist(), *box, strict=True):
-        if value != 0.0:
-            lower, upper = max(lower, min(low / value, high / value)), min(upper, max(low / value, high / value))
+        for most, bound in ((value + _SAME, low), (_SAME - value, -high)):
+            # most / lam >= bound
+            if most > 0.0:
+                lower = max(lower, bound / most)
+            elif most < 0.0:
+                upper = min(upper, bound / most)
     square = float(middle @ middle)
     factor = float(middle @ wanted) / square if square > 0.0 else lower
     return middle * min(max(factor, lower), upper)
