@@ -12,26 +12,24 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.flight import touched_down
+from controllers.footing import EDGE, Footing
 from controllers.gains import Gain
 from controllers.pendulum import Pendulum
 from controllers.regulator import Regulator
 from controllers.signals import BalanceCommand, Candidate, Controller, Decision, FootReference, Observation
-from controllers.supervisor import EARLIEST_TOUCHDOWN, EDGE, MOVED, TOUCHDOWN_FORCE
-from controllers.support import Foot, SupportPolygon, support_polygon
+from controllers.support import SupportPolygon
 from controllers.swing import SwingFoot
 from controllers.tracker import Tracker
 from controllers.walk import Stride, walk_plan
 from models.arena import SIDES
-from models.robot import Robot, Side, other
+from models.robot import Robot, Side
 
 Array = NDArray[np.float64]
 
 # Section IV-C: stride [m] and duration of a step [s].
 STRIDE, STEP_TIME = 0.1, 0.5
 FIRST: Side = "right"
-
-_STILL = np.zeros(3)
-_STILL.setflags(write=False)
 
 
 class PaperSupervisor:
@@ -75,10 +73,9 @@ class PaperSupervisor:
         self.steps = 0
         self._tracking = False
         self._outside = False
-        self._feet: dict[Side, Foot] = {}
+        # The soles are the smaller ones already.
+        self._footing = Footing(self._sole, edge=0.0)
         self._swing: tuple[Stride, SwingFoot] | None = None
-        self._support: SupportPolygon | None = None
-        self._yaw = math.nan
         # Middle of the feet when the reference was planned, and from there to where it is followed now.
         self._middle, self._offset = np.zeros(2), np.zeros(2)
         self._slacks = (math.nan, math.nan)
@@ -107,7 +104,8 @@ class PaperSupervisor:
         """Decide, then command: one control tick."""
         x = observation.balance_state()
         self._touch(observation)
-        self._anchor(observation)
+        if self._footing.see(observation) and not self._tracking:
+            self._stand()
         regulator, tracker = self.regulator, self.tracker
         assert regulator is not None
         assert tracker is not None
@@ -127,10 +125,6 @@ class PaperSupervisor:
         swing = self._fly(observation, tracker)
         tracker.advance()
         return self._limited(zmp, observation, swing)
-
-    @property
-    def _lifted(self) -> Side | None:
-        return None if self._swing is None else self._swing[0].side
 
     def _ask(self, x: Array) -> tuple[float, float]:
         assert self.regulator is not None
@@ -153,34 +147,20 @@ class PaperSupervisor:
         if self._swing is None or self.tracker is None:
             return
         stride = self._swing[0]
-        late = self.tracker.k >= stride.lift + EARLIEST_TOUCHDOWN * (stride.landing - stride.lift)
-        if late and observation.feet[stride.side].force >= TOUCHDOWN_FORCE:
+        ticks = stride.landing - stride.lift
+        if touched_down(observation.feet[stride.side].force, stride.landing - self.tracker.k, ticks):
             self.tracker.land()
-            self._swing, self._support = None, None
-
-    def _anchor(self, observation: Observation) -> None:
-        """Take the feet on the floor for where they are, once they have moved."""
-        moved = False
-        for side in SIDES:
-            if side == self._lifted:
-                continue
-            state, known = observation.feet[side], self._feet.get(side)
-            if known is None or float(np.abs(state.position[:2] - known.position).max()) > MOVED:
-                self._feet[side] = Foot(position=state.position[:2], yaw=state.yaw, sole=self._sole)
-                self._support, moved = None, True
-        if moved and not self._tracking:
-            self._stand()
-        if self._support is None:
-            self._support = support_polygon([foot for side, foot in self._feet.items() if side != self._lifted])
+            self._footing.land()
+            self._swing = None
 
     def _stand(self) -> None:
         """Regulate about the present stance; the reference waits at its first phase."""
-        self.regulator = Regulator.at(self._pendulum, (self._gain,), dict(self._feet))
-        middle = 0.5 * (self._feet["left"].position + self._feet["right"].position)
+        feet, middle = self._footing.feet, self._footing.middle
+        self.regulator = Regulator.at(self._pendulum, (self._gain,), dict(feet))
         if self.tracker is None:
-            walk = walk_plan(self._pendulum, self._feet, STRIDE, 2, STEP_TIME, first=FIRST)
+            walk = walk_plan(self._pendulum, feet, STRIDE, 2, STEP_TIME, first=FIRST)
             self.tracker = Tracker(walk, self._gain)
-            self._middle, self._yaw = middle, 0.5 * (self._feet["left"].yaw + self._feet["right"].yaw)
+            self._middle = middle
         self.tracker.start()
         self._offset = middle - self._middle
 
@@ -192,8 +172,8 @@ class PaperSupervisor:
         if self._swing is None:
             duration = (stride.landing - stride.lift) * dt
             start = observation.feet[stride.side].position
-            self._swing = stride, SwingFoot(start, self._yaw, duration, self._height, dt)
-            self._support = support_polygon([self._feet[other(stride.side)]])
+            self._swing = stride, SwingFoot(start, self._footing.heading.yaw, duration, self._height, dt)
+            self._footing.lift(stride.side)
             self.steps += 1
         left = max(stride.landing - tracker.k, 0) * dt
         return self._swing[1].advance(stride.foothold.position + self._offset, left)
@@ -210,9 +190,6 @@ class PaperSupervisor:
                 reason=why,
                 regulator_slack=standing,
                 tracking_slack=stepping,
-                in_regulator_set=standing >= 0.0,
-                in_tracking_set=stepping >= 0.0,
-                outside_all=standing < 0.0 and stepping < 0.0,
                 candidates=(Candidate(name=name, slack=stepping),),
                 plan=name if self._tracking else "",
                 tight=self.tracker.explain(self.seen(x)) if self._tracking else self.regulator.explain(x),
@@ -220,16 +197,8 @@ class PaperSupervisor:
         )
 
     def _limited(self, zmp: Array, observation: Observation, swing: FootReference | None) -> BalanceCommand:
-        assert self._support is not None
-        still = {
-            side: FootReference(
-                stance=True,
-                position=observation.feet[side].position,
-                velocity=_STILL,
-                acceleration=_STILL,
-                yaw=self._yaw,
-            )
-            for side in SIDES
-        }
-        aloft = {} if swing is None or self._lifted is None else {self._lifted: swing}
-        return BalanceCommand(zmp=self._support.nearest(zmp), feet=still | aloft)
+        yaw = self._footing.heading.yaw
+        feet = {side: FootReference.standing(observation.feet[side], yaw) for side in SIDES}
+        if swing is not None and self._footing.lifted is not None:
+            feet[self._footing.lifted] = swing
+        return BalanceCommand(zmp=self._footing.support.nearest(zmp), feet=feet)

@@ -87,10 +87,21 @@ class Regulator:
                 return moa.gain
         return self.softest.gain
 
-    def zmp(self, x: Array, gain: Gain | None = None) -> Array:
-        """ZMP command u (2,) for state x (4,), (13) and (18) [m]; not limited to the polygon."""
+    def zmp(self, x: Array, gain: Gain | None = None, centre: Array | None = None) -> Array:
+        """ZMP command u (2,), (13) and (18) [m]; not limited to the polygon.
+
+        Args:
+            x: (4,) state.
+            gain: None for the one asked for.
+            centre: (2,) where to hold the COG instead of at `centre` [m].
+        """
         F = self.gain.F if gain is None else gain.F
-        return self.centre - F @ (x - self._x_C)
+        zmp = self.centre - F @ (x - self._x_C)
+        if centre is None:
+            return zmp
+        # The same law about another centre: u_C moves, and -F x_C with it.
+        shift = centre - self.centre
+        return np.asarray(zmp + shift + F @ np.array([shift[0], 0.0, shift[1], 0.0]))
 
     def explain(self, x: Array) -> str:
         """Which constraint is tightest, where and when, in the largest set."""

@@ -1,4 +1,7 @@
-"""Back to the natural stance: once it is quiet, one slow step brings the feet beside each other again."""
+"""Back to the natural stance: once it is quiet, one slow step brings the feet beside each other again.
+
+First the COG is led over the foot that stays; when the DCM is well inside its sole, the other foot may be lifted.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.footing import Footing
 from controllers.step_rules import Heading
 from controllers.support import SupportPolygon
 from models.robot import Robot, Side, other
@@ -91,3 +95,58 @@ def closing_step(
         since=time,
         step_time=math.ceil(max(SHORTEST, astray / FOOT_SPEED) / dt) * dt,
     )
+
+
+class Restorer:
+    """Sees when it is quiet, and leads the COG to where the closing step can begin.
+
+    Attributes:
+        plan: the closing step to be made; None unless the COG is on its way to where it can begin.
+    """
+
+    def __init__(self, robot: Robot, dt: float) -> None:
+        """Watch over a robot, in control periods of `dt` [s]."""
+        self.plan: Restoration | None = None
+        self._robot = robot
+        self._dt = dt
+        self._sole = SupportPolygon(robot.sole_vertices["left"])
+        self._quiet_since: float | None = None
+        self._tried = 0
+
+    def interrupt(self) -> None:
+        """A foot is lifted: there is nothing to lead up to."""
+        self.plan, self._quiet_since = None, None
+
+    def renew(self) -> None:
+        """A push makes the robot step: it may close up as often again."""
+        self._tried = 0
+
+    def ready(self, dcm: Array, heading: Heading) -> bool:
+        """Whether the closing step may begin, with the DCM at (2,) [m]."""
+        return self.plan is not None and self.plan.may_lift(dcm, self._sole, heading)
+
+    def watch(self, time: float, dcm: Array, footing: Footing, landed: Side) -> str:
+        """Begin to lead the COG, or give it up; the reason in words, empty if nothing changes.
+
+        Args:
+            time: now [s].
+            dcm: (2,) [m].
+            footing: where the feet stand.
+            landed: the foot that landed last, which stays.
+        """
+        if self.plan is not None:
+            if time - self.plan.since <= GIVE_UP:
+                return ""
+            self.plan, self._tried = None, ATTEMPTS
+            return "the legs do not reach so far: the stance stays"
+        if math.hypot(*(dcm - footing.middle)) > QUIET:
+            self._quiet_since = None
+        elif self._quiet_since is None:
+            self._quiet_since = time
+        elif time - self._quiet_since >= QUIET_FOR and self._tried < ATTEMPTS:
+            self._quiet_since = None
+            self.plan = closing_step(footing.positions, landed, footing.heading, self._robot, time, self._dt)
+            if self.plan is not None:
+                self._tried += 1
+                return f"it is quiet: the COG goes over the {landed} foot"
+        return ""

@@ -18,6 +18,9 @@ from models.robot import Side
 
 Array = NDArray[np.float64]
 
+_STILL = np.zeros(3)
+_STILL.setflags(write=False)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FootState:
@@ -81,6 +84,11 @@ class FootReference:
     acceleration: Array
     yaw: float
 
+    @classmethod
+    def standing(cls, foot: FootState, yaw: float) -> FootReference:
+        """A foot that stays where it is and carries weight, turned to `yaw` [rad]."""
+        return cls(stance=True, position=foot.position, velocity=_STILL, acceleration=_STILL, yaw=yaw)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BalanceCommand:
@@ -134,7 +142,7 @@ class Decision:
         reason: why, in words.
         regulator_slack: signed slack of the regulator's set [m of ZMP].
         tracking_slack: signed slack of the chosen (or present) tracking set [m of ZMP]; NaN if none was asked.
-        in_regulator_set, in_tracking_set: membership of the state.
+        in_regulator_set, in_tracking_set: membership of the state, by these slacks.
         outside_all: no set contained the state, the least violated was taken.
         candidates: the trackers that were considered.
         plan: name of the tracker's plan; empty for the regulator.
@@ -146,9 +154,15 @@ class Decision:
     reason: str
     regulator_slack: float
     tracking_slack: float = math.nan
-    in_regulator_set: bool = False
-    in_tracking_set: bool = False
-    outside_all: bool = False
-    candidates: tuple[Candidate, ...] = field(default=())
+    in_regulator_set: bool = field(init=False)
+    in_tracking_set: bool = field(init=False)
+    outside_all: bool = field(init=False)
+    candidates: tuple[Candidate, ...] = ()
     plan: str = ""
     tight: str = ""
+
+    def __post_init__(self) -> None:
+        # A slack of NaN is of no set: nothing is in it. Who has no regulator's set is not outside of all either.
+        object.__setattr__(self, "in_regulator_set", self.regulator_slack >= 0.0)
+        object.__setattr__(self, "in_tracking_set", self.tracking_slack >= 0.0)
+        object.__setattr__(self, "outside_all", self.regulator_slack < 0.0 and not self.in_tracking_set)

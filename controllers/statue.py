@@ -6,14 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.pendulum import Pendulum
-from controllers.signals import (
-    BalanceCommand,
-    Controller,
-    Decision,
-    FootReference,
-    JointTargets,
-    Observation,
-)
+from controllers.signals import BalanceCommand, Controller, Decision, FootReference, JointTargets, Observation
 from controllers.support import Foot, SupportPolygon, support_polygon
 from models.arena import SIDES
 from models.robot import Robot
@@ -63,19 +56,8 @@ class Statue:
                 )
             )
         zmp = self._support.nearest(self._stop @ observation.balance_state())
-        still = np.zeros(3)
         return BalanceCommand(
-            zmp=zmp,
-            feet={
-                side: FootReference(
-                    stance=True,
-                    position=feet[side].position,
-                    velocity=still,
-                    acceleration=still,
-                    yaw=feet[side].yaw,
-                )
-                for side in SIDES
-            },
+            zmp=zmp, feet={side: FootReference.standing(feet[side], feet[side].yaw) for side in SIDES}
         )
 
 

@@ -4,59 +4,36 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.flight import Flight
+from controllers.footing import EDGE, Footing
 from controllers.gains import Gain
 from controllers.pendulum import Pendulum
 from controllers.regulator import Regulator
-from controllers.restoration import ATTEMPTS, GIVE_UP, QUIET, QUIET_FOR, Restoration, closing_step
-from controllers.signals import BalanceCommand, Candidate, Controller, Decision, FootReference, FootState, Observation
+from controllers.restoration import Restorer
+from controllers.signals import BalanceCommand, Candidate, Controller, Decision, FootReference, Observation
 from controllers.step_rule_sets import SetRule
-from controllers.step_rules import Aim, Heading, Lift, SteppingOptions, StepRule
-from controllers.support import Foot, SupportPolygon, support_polygon
-from controllers.swing import SwingFoot
+from controllers.step_rules import Heading, Lift, SteppingOptions, StepRule
+from controllers.step_trigger import StepTrigger
+from controllers.stepper import Stepper
+from controllers.zmp_offset import ZmpOffset
 from models.arena import SIDES
-from models.robot import Robot, Side, other
+from models.robot import Robot
 
 Array = NDArray[np.float64]
 
-# The commanded ZMP stays this far inside the support, so that a foot does not tip over its edge [m].
-EDGE = 0.003
-# A foot that has moved this far is somewhere else, and the stance's sets are computed anew [m].
-MOVED = 0.002
-# A swing foot has landed when it carries this [N], but not in the first half of its step, when it may still scrape.
-TOUCHDOWN_FORCE = 4.0
-EARLIEST_TOUCHDOWN = 0.5
-# A foot that has landed less than this ago [s] is the one the weight falls on: the other one steps next.
-JUST_LANDED = 0.3
-# So long after a landing [s] the rate of the DCM is that of the impact and tells nothing of where it is going.
-SETTLING = 1.0
-# The ZMP of a standing body stays off its command by what friction and strain between the legs hold back. That error is
-# seen while the DCM is slower than this [m/s], smoothed over this time [s], and made up for as far as this [m].
-CALM, ZMP_ERROR_TIME, ZMP_ERROR_MOST = 0.1, 0.1, 0.02
-# A state that is only extrapolated to leave the regulator's set must be this far outside [m of ZMP]: a weaker push is
-# over before it gets there.
-SURE = 0.04
-# Share by which the rate of the DCM follows its differences at each tick.
-RATE_FILTER = 0.3
 
-_STILL = np.zeros(3)
-_STILL.setflags(write=False)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Seen:
+    """A tick's observation, its state (4,) and the DCM (2,) of that."""
 
-
-@dataclass
-class _Step:
-    """The step under way."""
-
-    lift: Lift
-    foot: SwingFoot
-    ticks: int
-    left: int
-    aim: Aim
-    closing: bool = False
+    observation: Observation
+    x: Array
+    dcm: Array
 
 
 class Supervisor:
@@ -67,10 +44,11 @@ class Supervisor:
 
     Attributes:
         robot: whom it balances.
+        pendulum: its model and the control period.
         options: how it steps.
         rule: decides the steps.
         decisions: every choice since `reset`, with its grounds.
-        regulator: the regulator of the latest double support.
+        regulator: the regulator of the latest double support; None before the first tick.
         steps: steps begun since `reset`.
     """
 
@@ -107,29 +85,25 @@ class Supervisor:
         self.decisions: list[Decision] = []
         self.regulator: Regulator | None = None
         self.steps = 0
-        self._step: _Step | None = None
-        self._gain: Gain = self._gains[0]
-        self._heading: Heading | None = None
-        self._feet: dict[Side, Foot] = {}
-        self._places: dict[Side, tuple[float, float]] = {}
-        self._landed: Side | None = None
-        self._landed_at = -math.inf
+        self._seen: _Seen | None = None
+        self._gain = self._gains[0]
+        self._footing = Footing(self.robot.sole_vertices["left"], EDGE)
+        self._zmp_offset = ZmpOffset(self.pendulum.dt)
+        self._trigger = StepTrigger(self.pendulum.dt, self.options.early_trigger)
+        self._restorer = Restorer(self.robot, self.pendulum.dt)
+        self._stepper = None if self.rule is None else Stepper(self.pendulum, self.options, self.rule)
         self._may_step = True
-        self._dcm: Array | None = None
-        self._rate = np.zeros(2)
-        self._x = np.zeros(4)
-        self._commanded: Array | None = None
-        self._zmp_error = np.zeros(2)
-        self._quiet_since: float | None = None
-        self._restoration: Restoration | None = None
-        self._restored = 0
         self._slacks = (math.nan, math.nan)
-        self._inner: SupportPolygon | None = None
 
     @property
     def controller(self) -> Controller:
         """Who is in charge."""
-        return Controller.REGULATOR if self._step is None else Controller.TRACKER
+        return Controller.REGULATOR if self._flight is None else Controller.TRACKER
+
+    @property
+    def heading(self) -> Heading:
+        """Where the robot faced at the first tick, by its feet: the frame of all steps."""
+        return self._footing.heading
 
     @property
     def slacks(self) -> tuple[float, float]:
@@ -139,35 +113,17 @@ class Supervisor:
 
     def command(self, observation: Observation) -> BalanceCommand:
         """Decide, then command: one control tick."""
-        x = self._x = self.state(observation)
-        dcm = self.pendulum.dcm(x)
-        if self._dcm is not None:
-            self._rate += RATE_FILTER * ((dcm - self._dcm) / self.pendulum.dt - self._rate)
-        self._dcm = dcm
-        if self._heading is None:
-            self._heading = Heading(0.5 * (observation.feet["left"].yaw + observation.feet["right"].yaw))
-        self._anchor(observation)
-        assert self.regulator is not None
-        if self._step is not None and self._touched_down(observation, self._step):
-            self._land(observation, x, dcm)
-        if self._step is None:
-            self._stand(observation, x, dcm)
+        seen = self._see(observation)
+        if self._stepper is not None and self._stepper.land(observation):
+            self._land(seen, self._stepper)
+        slack = self._law.slack(seen.x)
+        if self._flight is None:
+            self._stand(seen, slack)
         else:
-            self._fly(observation, dcm, self._step)
-        slack = self.regulator.slack(x)
-        if self._step is None:
-            self._slacks = (slack, math.nan)
-            self._watch_zmp(observation.zmp)
-            zmp = self._standing_zmp(observation.time, x)
-            assert self._inner is not None
-            self._commanded = self._inner.nearest(zmp)
-            return self._limited(zmp - self._zmp_error, observation, None)
-        self._commanded, self._zmp_error = None, np.zeros(2)
-        self._slacks = (slack, self._step.aim.slack)
-        swing = self._step.foot.advance(self._step.aim.foothold, self._step.left * self.pendulum.dt)
-        command = self._limited(self._step.aim.zmp, observation, swing)
-        self._step.left = max(self._step.left - 1, 0)
-        return command
+            self._fly(seen)
+        flight = self._flight
+        self._slacks = (slack, math.nan if flight is None else flight.aim.slack)
+        return self._standing(seen) if flight is None else self._stepping(seen, flight)
 
     def state(self, observation: Observation) -> Array:
         """State (4,) that the sets are asked for.
@@ -189,240 +145,134 @@ class Supervisor:
         The regulator's is NaN while a foot is in the air. The steppers' is that of the steps that are promised to do,
         from the step under way or from the stance; NaN without a promise.
         """
-        if self._promise is None or self._dcm is None or self._heading is None:
+        if self._promise is None or self._seen is None:
             return self._slacks[0], math.nan
-        if self._step is None:
-            return self._slacks[0], self._promise.lift(self._dcm, self._positions(), self._heading, SIDES).slack
-        step = self._step
-        stance = self._feet[other(step.lift.side)].position
-        if step.closing:
+        flight, dcm, feet = self._flight, self._seen.dcm, self._footing.positions
+        if flight is None:
+            return self._slacks[0], self._promise.lift(dcm, feet, self.heading, SIDES).slack
+        if flight.closing:
             return math.nan, math.nan
-        left = min(step.left, step.ticks)
-        return math.nan, self._promise.slack(self._dcm, stance, step.foot.position[:2], self._heading, step.lift, left)
+        swing = flight.foot.position[:2]
+        return math.nan, self._promise.slack(dcm, feet[flight.stance], swing, self.heading, flight.lift, flight.left)
 
     def best_step(self, x: Array) -> Lift:
         """The step that would be taken from the latest stance in a state (4,); changes nothing."""
         assert self.rule is not None
-        assert self._heading is not None
-        return self.rule.lift(self.pendulum.dcm(x), self._positions(), self._heading, SIDES)
+        return self.rule.lift(self.pendulum.dcm(x), self._footing.positions, self.heading, SIDES)
 
-    def _positions(self) -> dict[Side, Array]:
-        return {side: foot.position for side, foot in self._feet.items()}
+    @property
+    def _law(self) -> Regulator:
+        assert self.regulator is not None, "there is one from the first tick on"
+        return self.regulator
 
-    def _anchor(self, observation: Observation) -> None:
-        """Take the feet on the floor for where they are, once they have moved."""
-        swing = None if self._step is None else self._step.lift.side
-        for side in SIDES:
-            if side == swing:
-                continue
-            state, known = observation.feet[side], self._places.get(side)
-            x, y, _ = state.position.tolist()
-            if known is None or abs(x - known[0]) > MOVED or abs(y - known[1]) > MOVED:
-                self._feet[side] = self._foot(state)
-                self._places[side] = (x, y)
-                self._inner = None
-        if swing is None and (
-            self.regulator is None or any(self.regulator.feet[side] is not self._feet[side] for side in SIDES)
-        ):
-            self.regulator = Regulator.at(self.pendulum, self._gains, dict(self._feet))
-        if self._inner is None:
-            down = [foot for side, foot in self._feet.items() if side != swing]
-            self._inner = support_polygon(down).shrunk(EDGE)
+    @property
+    def _flight(self) -> Flight | None:
+        return None if self._stepper is None else self._stepper.flight
 
-    def _foot(self, state: FootState) -> Foot:
-        return Foot(position=state.position[:2], yaw=state.yaw, sole=self.robot.sole_vertices["left"])
+    def _see(self, observation: Observation) -> _Seen:
+        """Take in the state, and where the feet are."""
+        x = self.state(observation)
+        seen = self._seen = _Seen(observation=observation, x=x, dcm=self.pendulum.dcm(x))
+        self._trigger.see(seen.dcm)
+        if self._footing.see(observation) and self._flight is None:
+            self._settle()
+        return seen
 
-    def _stand(self, observation: Observation, x: Array, dcm: Array) -> None:
-        """Stay with the regulator, or begin a step."""
-        assert self.regulator is not None
+    def _settle(self) -> None:
+        """The double support is another one, and so are its sets."""
+        self.regulator = Regulator.at(self.pendulum, self._gains, dict(self._footing.feet))
+
+    def _stand(self, seen: _Seen, slack: float) -> None:
+        """Stay with the regulator, in whose sets the state has this slack, or begin a step."""
         if not self.decisions:
-            self._note(observation, x, "start")
-        slack = self.regulator.slack(x)
+            self._note(seen, "start")
         self._may_step |= slack >= 0.0
-        ahead = dcm
-        if self.rule is not None and self._may_step:
-            lead = self.options.early_trigger
-            if lead and observation.time - self._landed_at > SETTLING:
-                ahead = dcm + lead * self._rate
-            if slack < 0.0 or self.regulator.slack(self._moved(x, ahead - dcm)) < -SURE:
-                why = "the state left the regulator's set" if slack < 0.0 else "the state is about to leave it"
-                self._restored = 0
-                self._lift_off(observation, x, dcm, ahead, why)
+        if self._stepper is not None and self._may_step:
+            ahead = self._trigger.ahead(seen.dcm, self._stepper.since_landing(seen.observation.time))
+            if why := self._trigger.reason(self._law, seen.x, slack, ahead - seen.dcm):
+                self._restorer.renew()
+                self._lift_off(seen, self._stepper, ahead, why)
                 return
-            if self._restore(observation, x, dcm):
+            if self._restore(seen, self._stepper):
                 return
-        gain = self.regulator.choose(x, self._gain)
+        gain = self._law.choose(seen.x, self._gain)
         if gain is not self._gain:
             self._gain = gain
-            self._note(observation, x, f"the stiffest gain whose set holds the state is {gain.name}")
+            self._note(seen, f"the stiffest gain whose set holds the state is {gain.name}")
 
-    def _standing_zmp(self, time: float, x: Array) -> Array:
-        """ZMP of the regulator, about the middle of the feet or on the way over the foot that stays."""
-        assert self.regulator is not None
-        zmp = self.regulator.zmp(x, self._gain)
-        if self._restoration is None:
-            return zmp
-        # The same law about another centre: u_C moves, and -F x_C with it.
-        middle = self.regulator.centre
-        shift = self._restoration.centre(time) - middle
-        return zmp + shift + self._gain.F @ np.array([shift[0], 0.0, shift[1], 0.0])
-
-    def _watch_zmp(self, measured: Array) -> None:
-        """See how far the ZMP of the last tick was off what was wanted of it."""
-        if self._commanded is None or not math.isfinite(measured[0]) or math.hypot(*self._rate) > CALM:
-            return
-        error = measured - self._commanded
-        share = self.pendulum.dt / ZMP_ERROR_TIME
-        self._zmp_error = np.clip(self._zmp_error + share * error, -ZMP_ERROR_MOST, ZMP_ERROR_MOST)
-
-    def _restore(self, observation: Observation, x: Array, dcm: Array) -> bool:
+    def _restore(self, seen: _Seen, stepper: Stepper) -> bool:
         """Bring the feet together once it is quiet; True when the closing step begins."""
-        assert self.regulator is not None
-        assert self._heading is not None
-        time = observation.time
-        if self._restoration is not None:
-            sole = SupportPolygon(self.robot.sole_vertices["left"])
-            if not self._restoration.may_lift(dcm, sole, self._heading):
-                if time - self._restoration.since > GIVE_UP:
-                    self._restoration, self._restored = None, ATTEMPTS
-                    self._note(observation, x, "the legs do not reach so far: the stance stays")
-                return False
-            self._close(observation, x, self._restoration)
+        if stepper.landed is None:
+            return False
+        plan = self._restorer.plan
+        if plan is not None and self._restorer.ready(seen.dcm, self.heading):
+            stepper.close(seen.observation, plan, self._footing)
+            self._begun()
+            self._note(seen, f"the {plan.side} foot closes up")
             return True
-        if self._landed is None or math.hypot(*(dcm - self.regulator.centre)) > QUIET:
-            self._quiet_since = None
-        elif self._quiet_since is None:
-            self._quiet_since = time
-        elif time - self._quiet_since >= QUIET_FOR and self._restored < ATTEMPTS:
-            self._quiet_since = None
-            self._restoration = closing_step(
-                self._positions(), self._landed, self._heading, self.robot, time, self.pendulum.dt
-            )
-            if self._restoration is not None:
-                self._restored += 1
-                self._note(observation, x, f"it is quiet: the COG goes over the {self._landed} foot")
+        if why := self._restorer.watch(seen.observation.time, seen.dcm, self._footing, stepper.landed):
+            self._note(seen, why)
         return False
 
-    def _close(self, observation: Observation, x: Array, plan: Restoration) -> None:
-        assert self._heading is not None
-        lift = Lift(side=plan.side, step_time=plan.step_time, steps=1, slack=math.nan, candidates=())
-        aim = Aim(foothold=plan.foothold, zmp=plan.over, steps=1, slack=math.nan)
-        self._begin(observation, lift, aim, closing=True)
-        self._note(observation, x, f"the {plan.side} foot closes up")
+    def _lift_off(self, seen: _Seen, stepper: Stepper, ahead: Array, why: str) -> None:
+        """Begin the step that is best for a DCM (2,)."""
+        lift = stepper.lift_off(seen.observation, seen.dcm, ahead, self._footing)
+        self._begun()
+        self._note(seen, why, candidates=lift.candidates)
 
-    def _moved(self, x: Array, by: Array) -> Array:
-        """State whose DCM is further on."""
-        return x + np.array([by[0], 0.0, by[1], 0.0])
-
-    def _lift_off(self, observation: Observation, x: Array, dcm: Array, ahead: Array, why: str) -> None:
-        assert self.rule is not None
-        assert self._heading is not None
-        sides: Sequence[Side] = SIDES
-        if self._landed is not None and observation.time - self._landed_at < JUST_LANDED:
-            sides = (other(self._landed),)
-        positions = self._positions()
-        lift = self.rule.lift(ahead, positions, self._heading, sides)
-        ticks = round(lift.step_time / self.pendulum.dt)
-        stance, swing = positions[other(lift.side)], observation.feet[lift.side].position[:2]
-        aim = self.rule.aim(dcm, stance, swing, self._heading, lift, ticks, lift.steps)
-        self._begin(observation, lift, aim)
-        self._note(observation, x, why, candidates=lift.candidates)
-
-    def _begin(self, observation: Observation, lift: Lift, aim: Aim, *, closing: bool = False) -> None:
-        assert self._heading is not None
-        dt, position = self.pendulum.dt, observation.feet[lift.side].position
-        foot = SwingFoot(position, self._heading.yaw, lift.step_time, self.options.swing_height, dt)
-        ticks = round(lift.step_time / dt)
-        self._step = _Step(lift=lift, foot=foot, ticks=ticks, left=ticks, aim=aim, closing=closing)
+    def _begun(self) -> None:
+        """What was learned of the stance is of no use once a foot has left it."""
         self.steps += 1
-        self._restoration, self._quiet_since = None, None
-        self._inner = support_polygon([self._feet[other(lift.side)]]).shrunk(EDGE)
+        self._restorer.interrupt()
+        self._zmp_offset.forget()
 
-    def _hold(self, x: Array, dcm: Array, step: _Step) -> None:
-        """Balance over one foot while the other closes up; in trouble let it land where the rule says."""
-        foot = self._feet[other(step.lift.side)]
-        if support_polygon([foot]).slack(dcm) < 0.0:
-            step.closing, time = False, max(self.options.step_times)
-            step.lift = replace(step.lift, step_time=time)
-            step.ticks = step.left = min(step.left, round(time / self.pendulum.dt))
-            return
-        zmp = foot.position - self._gain.F @ (x - self.pendulum.rest(foot.position))
-        step.aim = replace(step.aim, zmp=zmp)
+    def _fly(self, seen: _Seen) -> None:
+        assert self._stepper is not None
+        if news := self._stepper.fly(seen.x, seen.dcm, self._footing, self._gain):
+            self._note(seen, f"in the air: {news}")
 
-    def _fly(self, observation: Observation, dcm: Array, step: _Step) -> None:
-        """Aim anew."""
-        assert self.rule is not None
-        assert self._heading is not None
-        if step.closing:
-            self._hold(self._x, dcm, step)
-        if step.closing or step.left == 0 or step.left == step.ticks:
-            return
-        before = step.aim
-        stance = self._feet[other(step.lift.side)].position
-        aim = self.rule.aim(dcm, stance, step.foot.position[:2], self._heading, step.lift, step.left, before.steps)
-        if not self.options.replan:
-            aim = Aim(foothold=before.foothold, zmp=aim.zmp, steps=aim.steps, slack=aim.slack)
-        step.aim = aim
-        if aim.steps != before.steps or (aim.slack < 0.0) != (before.slack < 0.0):
-            held = "no set holds the state" if aim.slack < 0.0 else f"the set of {aim.steps} steps holds the state"
-            self._note(observation, self._x, f"in the air: {held}")
-
-    def _touched_down(self, observation: Observation, step: _Step) -> bool:
-        if observation.feet[step.lift.side].force < TOUCHDOWN_FORCE:
-            return False
-        return step.left <= (1.0 - EARLIEST_TOUCHDOWN) * step.ticks
-
-    def _land(self, observation: Observation, x: Array, dcm: Array) -> None:
-        assert self._step is not None
-        self._landed, self._landed_at = self._step.lift.side, observation.time
-        self._step = None
-        self._feet, self._places, self._inner = {}, {}, None
-        self._anchor(observation)
-        assert self.regulator is not None
-        why = f"the {self._landed} foot landed"
-        if self.rule is not None and self.regulator.slack(x) < 0.0 and self.options.max_steps > 1:
-            self._lift_off(observation, x, dcm, dcm, why)
+    def _land(self, seen: _Seen, stepper: Stepper) -> None:
+        """Stand on both feet where they are now, or go on stepping."""
+        self._footing.land()
+        self._footing.forget()
+        self._footing.see(seen.observation)
+        self._settle()
+        why, many = f"the {stepper.landed} foot landed", self.options.max_steps > 1
+        if many and self._law.slack(seen.x) < 0.0:
+            self._lift_off(seen, stepper, seen.dcm, why)
         else:
-            self._may_step = self.options.max_steps > 1
-            self._gain = self.regulator.choose(x, None)
-            self._note(observation, x, why)
+            self._may_step = many
+            self._gain = self._law.choose(seen.x, None)
+            self._note(seen, why)
 
-    def _note(self, observation: Observation, x: Array, why: str, *, candidates: tuple[Candidate, ...] = ()) -> None:
-        assert self.regulator is not None
-        slack = self.regulator.slack(x)
-        step = self._step
-        stepping = math.nan if step is None else step.aim.slack
+    def _standing(self, seen: _Seen) -> BalanceCommand:
+        """Command of the regulator, about the middle of the feet or on the way over the foot that stays."""
+        observation, plan = seen.observation, self._restorer.plan
+        self._zmp_offset.see(observation.zmp, self._trigger.rate)
+        centre = None if plan is None else plan.centre(observation.time)
+        zmp = self._zmp_offset.made_up(self._law.zmp(seen.x, self._gain, centre), self._footing.support)
+        # Feet that are turned against each other only strain the legs when they are both pressed to the heading.
+        feet = {side: FootReference.standing(observation.feet[side], observation.feet[side].yaw) for side in SIDES}
+        return BalanceCommand(zmp=zmp, feet=feet)
+
+    def _stepping(self, seen: _Seen, flight: Flight) -> BalanceCommand:
+        """Command of the step under way; the foot on the floor alone can be turned back to the heading."""
+        zmp = self._footing.support.nearest(flight.aim.zmp)
+        stance = FootReference.standing(seen.observation.feet[flight.stance], self.heading.yaw)
+        swing = flight.advance(self.pendulum.dt)
+        return BalanceCommand(zmp=zmp, feet={flight.stance: stance, flight.lift.side: swing})
+
+    def _note(self, seen: _Seen, why: str, *, candidates: tuple[Candidate, ...] = ()) -> None:
+        flight = self._flight
         self.decisions.append(
             Decision(
-                time=observation.time,
+                time=seen.observation.time,
                 controller=self.controller,
                 reason=why,
-                regulator_slack=slack,
-                tracking_slack=stepping,
-                in_regulator_set=slack >= 0.0,
-                in_tracking_set=stepping >= 0.0,
-                outside_all=slack < 0.0 and not stepping >= 0.0,
+                regulator_slack=self._law.slack(seen.x),
+                tracking_slack=math.nan if flight is None else flight.aim.slack,
                 candidates=candidates,
-                plan="" if step is None else f"{step.lift.side} {step.lift.step_time:g} s, {step.aim.steps} to do",
-                tight=self.regulator.explain(x),
+                plan="" if flight is None else flight.plan,
+                tight=self._law.explain(seen.x),
             )
         )
-
-    def _limited(self, zmp: Array, observation: Observation, swing: FootReference | None) -> BalanceCommand:
-        assert self._inner is not None
-        assert self._heading is not None
-        lifted = None if self._step is None else self._step.lift.side
-        feet = {
-            side: swing
-            if swing is not None and side == lifted
-            else FootReference(
-                stance=True,
-                position=observation.feet[side].position,
-                velocity=_STILL,
-                acceleration=_STILL,
-                # Two feet that are turned against each other only strain the legs; one alone can be turned back.
-                yaw=observation.feet[side].yaw if lifted is None else self._heading.yaw,
-            )
-            for side in SIDES
-        }
-        return BalanceCommand(zmp=self._inner.nearest(zmp), feet=feet)
