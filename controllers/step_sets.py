@@ -20,8 +20,8 @@ from controllers.planar import edge_lengths, fan, supports
 from controllers.polytope import Polytope
 from controllers.robust import ZmpError
 from controllers.step_sets_box import Box, box_supports, box_tangents, union_offsets, within
-from controllers.step_sets_build import SetTables, StanceTable, build
-from controllers.step_sets_foothold import Foothold, choose
+from controllers.step_sets_build import SetTables, StanceTable, StepModel, build
+from controllers.step_sets_foothold import choose
 from controllers.step_sets_last import last_slack, last_slacks
 from controllers.support import SupportError, SupportPolygon
 from models.arena import SIDES
@@ -155,44 +155,7 @@ class StepSets:
         np.minimum.reduce(table.ahead[:, :, :count] + row[:, None, :], axis=0, out=slacks[1:])
         return slacks.T
 
-    def fewest(
-        self,
-        dcm: np.ndarray,
-        stance: Side,
-        time_left: float,
-        swing: np.ndarray | None,
-        step_time: float,
-        *,
-        margin: float = 0.0,
-    ) -> int | None:
-        """The least number of steps that leaves a slack of `margin` [m]; None if none does. Rest as `slacks`."""
-        enough = np.flatnonzero(self.slacks(dcm, stance, time_left, swing, step_time) >= margin)
-        return int(enough[0]) + 1 if len(enough) else None
-
-    def foothold(
-        self,
-        dcm: np.ndarray,
-        stance: Side,
-        time_left: float,
-        swing: np.ndarray | None,
-        step_time: float,
-        steps: int,
-        *,
-        toward: np.ndarray,
-        margin: float,
-    ) -> Foothold:
-        """Where to land, and where to keep the ZMP until then, when exactly `steps` steps are to do.
-
-        Args:
-            dcm, stance, time_left, swing, step_time: as for `slacks`.
-            steps: 1 to max_steps, the one under way included.
-            toward: (2,) foothold that is best where the state leaves the choice [m].
-            margin: slack [m] beyond which more is of no use.
-
-        Raises:
-            InputError: an argument is none of this set's, or not finite.
-        """
-        return choose(self, dcm, stance, time_left, swing, step_time, steps, toward, margin)
+    foothold = choose
 
     def polygon(
         self, steps: int, stance: Side, time_left: float, swing: np.ndarray | None = None, *, step_time: float
@@ -279,8 +242,12 @@ def step_sets(
         raise InputError(f"sole, edge: {error}") from None
     withstood = ZmpError.box(zmp_error)
     step_ticks = tuple(dict.fromkeys(round(time / pendulum.dt) for time in times))
+    model = StepModel(
+        pendulum=pendulum, gain_k=float(gain_k), sole=outline, limits=limits, step_ticks=step_ticks,
+        max_steps=int(max_steps), error=withstood,
+    )  # fmt: skip
     return StepSets(
         pendulum=pendulum, gain_k=float(gain_k), sole=outline, limits=limits, step_times=times,
         max_steps=int(max_steps), error=withstood,
-        tables=build(pendulum, float(gain_k), outline, limits, step_ticks, int(max_steps), withstood),
+        tables=build(model),
     )  # fmt: skip

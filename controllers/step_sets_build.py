@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,6 +34,29 @@ from models.robot import Side, other
 _HALVINGS = 20
 # Relative: offsets of an erosion by nothing but rounding must not count as cut off.
 _ROUNDING = 1e-13
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class StepModel:
+    """Whose sets to build.
+
+    Attributes:
+        pendulum: model and period.
+        gain_k: DCM gain of the regulator at the end.
+        sole: S, for both feet.
+        limits: reach of the feet.
+        step_ticks: durations of a step.
+        max_steps: most steps.
+        error: W.
+    """
+
+    pendulum: Pendulum
+    gain_k: float
+    sole: SupportPolygon
+    limits: StepLimits
+    step_ticks: tuple[int, ...]
+    max_steps: int
+    error: ZmpError
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -99,28 +122,21 @@ def program_rows(sole: np.ndarray, feet: np.ndarray, normals: np.ndarray) -> np.
     return rows
 
 
-def build(
-    pendulum: Pendulum,
-    gain_k: float,
-    sole: SupportPolygon,
-    limits: StepLimits,
-    step_ticks: tuple[int, ...],
-    max_steps: int,
-    error: ZmpError,
-) -> SetTables:
+def build(model: StepModel) -> SetTables:
     """All tables.
 
     Raises:
         EmptySetError: no state withstands the error; it carries the largest that would do.
     """
     try:
-        return _Builder(pendulum, gain_k, sole, limits, step_ticks, max_steps, error).tables()
+        return _Builder(model).tables()
     except EmptyPlanarError:
+        error = model.error
         fits, fails = 0.0, 1.0
         for _ in range(_HALVINGS):
             share = 0.5 * (fits + fails)
             try:
-                _Builder(pendulum, gain_k, sole, limits, step_ticks, max_steps, error.scaled(share)).tables()
+                _Builder(replace(model, error=error.scaled(share))).tables()
                 fits = share
             except EmptyPlanarError:
                 fails = share
@@ -133,20 +149,11 @@ def build(
 
 
 class _Builder:
-    def __init__(
-        self,
-        pendulum: Pendulum,
-        gain_k: float,
-        sole: SupportPolygon,
-        limits: StepLimits,
-        step_ticks: tuple[int, ...],
-        max_steps: int,
-        error: ZmpError,
-    ) -> None:
-        self._dt, self._limits, self._step_ticks, self._steps = pendulum.dt, limits, step_ticks, max_steps
-        self._gain_k, self._error, self._sole = gain_k, error, sole
+    def __init__(self, model: StepModel) -> None:
+        pendulum, gain_k, error, sole = model.pendulum, model.gain_k, model.error, model.sole
+        self._model, self._limits, self._gain_k, self._error = model, model.limits, gain_k, error
         self._growth = math.exp(pendulum.omega * pendulum.dt)
-        self._decay = self._growth ** -np.arange(max(step_ticks) + 1.0)
+        self._decay = self._growth ** -np.arange(max(model.step_ticks) + 1.0)
         self._weights = 0.5 - 0.5 / gain_k, 0.5 + 0.5 / gain_k
         # The axes are the normals of W and of the boxes of footholds.
         self._normals = fan(sole.M, AXES)
@@ -181,11 +188,14 @@ class _Builder:
                 np.array([o[np.minimum(np.arange(most), len(o) - 1)].T for o in outlines]).transpose(1, 2, 0).copy()
             ),
             boxes={side: box_of(side, limits.max_stride, limits.min_width, limits.max_width) for side in SIDES},
-            stances={key: table for ticks in self._step_ticks for key, table in self._stances(ticks, outlines[ticks])},
+            stances={
+                key: table for ticks in self._model.step_ticks for key, table in self._stances(ticks, outlines[ticks])
+            },
         )
 
     def _stances(self, ticks: int, landing: np.ndarray) -> list[tuple[tuple[Side, int], StanceTable]]:
-        limits, reach = self._limits, self._limits.swing_speed * self._dt * ticks
+        steps, limits = self._model.max_steps, self._limits
+        reach = limits.swing_speed * self._model.pendulum.dt * ticks
         # Any of these footholds can follow any of them: the foot swings from one stance to the next but one.
         stride, wide = min(limits.max_stride, 0.5 * reach), min(limits.max_width, limits.min_width + reach)
         boxes = {side: box_of(side, stride, limits.min_width, wide) for side in SIDES}
@@ -197,12 +207,12 @@ class _Builder:
         ahead: dict[Side, list[np.ndarray]] = {side: [] for side in SIDES}
         for side in SIDES:
             whole[side][0] += supports(landing, normals)
-        for count in range(self._steps - 1):
+        for count in range(steps - 1):
             for side in SIDES:
                 ahead[side].append(self._back(normals, None, whole[other(side)][count]))
                 whole[side].append(decay * box_supports(boxes[side], normals) + ahead[side][count][ticks])
         program = program_rows(self._usable.M, AXES, normals)
-        shape = (self._steps - 1, len(self._decay), len(normals))
+        shape = (steps - 1, len(self._decay), len(normals))
         return [
             (
                 (side, ticks),

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from controllers.footholds import StepLimits
 from controllers.step_sets import StepSets
 from controllers.step_sets_box import Box, box_corners, box_of, within
-from controllers.step_sets_foothold import choose
 from controllers.support import Foot, support_polygon
 from models.errors import InputError
 from models.robot import Side, other
 
+# The arguments of `StepSets.foothold` that are not wishes.
+Asked = tuple[np.ndarray, Side, float, np.ndarray | None, float, int]
 # What rounding and the solver may break [m]; far below what a margin of the ZMP is made for.
 TOLERANCE = 1e-7
 
@@ -53,15 +55,8 @@ class Separation:
     bound: float
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class StepCertificate:
-    """Whether a state is in the set of exactly N steps, and why.
-
-    Attributes:
-        dcm, stance, time_left, swing, step_time, steps: what was asked, as `StepSets.slacks`.
-        slack: of the state in the set [m].
-        reason: the steps, or the line.
-    """
+class Question(NamedTuple):
+    """A state and a number of steps, as for `StepSets.foothold`."""
 
     dcm: np.ndarray
     stance: Side
@@ -69,6 +64,19 @@ class StepCertificate:
     swing: np.ndarray | None
     step_time: float
     steps: int
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class StepCertificate:
+    """Whether a state is in the set of exactly N steps, and why.
+
+    Attributes:
+        question: what was asked.
+        slack: of the state in the set [m].
+        reason: the steps, or the line.
+    """
+
+    question: Question
     slack: float
     reason: Witness | Separation
 
@@ -80,12 +88,12 @@ class StepCertificate:
     def violation(self, sets: StepSets) -> float:
         """Distance [m] by which the reason breaks what it promises, checked on its own; 0 or less if it holds."""
         if isinstance(self.reason, Witness):
-            return _broken(self, self.reason, sets)
+            return _broken(self.question, self.reason, sets)
         normal = self.reason.normal
-        bound = _bound(sets, self, normal)
+        bound = _bound(sets, self.question, normal)
         if not abs(float(np.hypot(*normal)) - 1.0) <= TOLERANCE:
             return math.inf
-        return max(bound - self.reason.bound, self.reason.bound - float(normal @ self.dcm))
+        return max(bound - self.reason.bound, self.reason.bound - float(normal @ self.question.dcm))
 
     def holds(self, sets: StepSets) -> bool:
         """Whether `violation` is rounding."""
@@ -93,15 +101,16 @@ class StepCertificate:
 
     def render(self) -> str:
         """The certificate as lines of plain text."""
-        x, y = 1e3 * self.dcm
-        head = f"DCM ({x:.1f}, {y:.1f}) mm on the {self.stance} foot, {self.time_left:g} s before landing: "
+        (x, y), steps = 1e3 * self.question.dcm, self.question.steps
+        stance, time_left = self.question.stance, self.question.time_left
+        head = f"DCM ({x:.1f}, {y:.1f}) mm on the {stance} foot, {time_left:g} s before landing: "
         if isinstance(self.reason, Separation):
             nx, ny = self.reason.normal
             return head + (
-                f"lost in {self.steps} step(s)\n  {-1e3 * self.slack:.2f} mm beyond {nx:+.3f} x {ny:+.3f} y = "
+                f"lost in {steps} step(s)\n  {-1e3 * self.slack:.2f} mm beyond {nx:+.3f} x {ny:+.3f} y = "
                 f"{1e3 * self.reason.bound:.1f} mm, which no footholds and ZMPs reach"
             )
-        lines = [head + f"recovers in {self.steps} step(s), slack {1e3 * self.slack:.2f} mm"]
+        lines = [head + f"recovers in {steps} step(s), slack {1e3 * self.slack:.2f} mm"]
         reason = self.reason
         rows = zip(1e3 * reason.footholds, 1e3 * reason.zmp, 1e3 * reason.landing_dcm, 1e3 * reason.slacks, strict=True)
         for i, (foot, zmp, landing, slack) in enumerate(rows, 1):
@@ -112,70 +121,50 @@ class StepCertificate:
         return "\n".join(lines)
 
 
-def certify_steps(
-    sets: StepSets,
-    dcm: np.ndarray,
-    stance: Side,
-    time_left: float,
-    swing: np.ndarray | None,
-    step_time: float,
-    steps: int,
-    *,
-    margin: float = 0.0,
-) -> StepCertificate:
-    """Find out why a state is in the set of exactly `steps` steps, or why not.
+def certify_steps(sets: StepSets, *asked: *Asked, margin: float = 0.0) -> StepCertificate:
+    """Find out why a state is in the set of exactly so many steps, or why not.
 
     Args:
         sets: the sets; with errors of the ZMP the witness is that of no error.
-        dcm, stance, time_left, swing, step_time: as for `StepSets.slacks`.
-        steps: 1 to max_steps.
+        asked: dcm, stance, time_left, swing, step_time, steps: the arguments of `StepSets.foothold`.
         margin: slack [m] that the steps of a witness look for.
 
     Raises:
         InputError: an argument is none of the sets'.
     """
+    question = Question(np.array(asked[0], dtype=float), *asked[1:])
+    point, stance, time_left, swing, step_time, steps = question
     sets.require_steps(steps)
-    point = np.array(dcm, dtype=float)
     if not np.isfinite(point).all():
-        raise InputError(f"dcm: must be finite, got {dcm!r}")
+        raise InputError(f"dcm: must be finite, got {point.tolist()!r}")
     slack = float(sets.slacks(point, stance, time_left, swing, step_time)[steps - 1])
     reason: Witness | Separation
     if slack >= 0.0:
-        reason = _witness(sets, point, stance, time_left, swing, step_time, steps, margin)
+        reason = _witness(sets, question, margin)
     else:
         polygon = sets.polygon(steps, stance, time_left, swing, step_time=step_time)
         row = int(np.argmin(polygon.a - polygon.S @ point))
         reason = Separation(normal=polygon.S[row], bound=float(polygon.a[row]))
-    return StepCertificate(
-        dcm=point, stance=stance, time_left=time_left, swing=swing, step_time=step_time,
-        steps=steps, slack=slack, reason=reason,
-    )  # fmt: skip
+    return StepCertificate(question=question, slack=slack, reason=reason)
 
 
-def _witness(
-    sets: StepSets,
-    dcm: np.ndarray,
-    stance: Side,
-    time_left: float,
-    swing: np.ndarray | None,
-    step_time: float,
-    steps: int,
-    margin: float,
-) -> Witness:
+def _witness(sets: StepSets, question: Question, margin: float) -> Witness:
     place = np.zeros(2)
     found = []
-    for left in range(steps, 0, -1):
-        outward = sets.limits.stance_width if stance == "right" else -sets.limits.stance_width
-        toward = np.array([0.0, outward])
-        step = choose(sets, dcm, stance, time_left, swing, step_time, left, toward, margin, held=True)
+    for left in range(question.steps, 0, -1):
+        outward = sets.limits.stance_width if question.stance == "right" else -sets.limits.stance_width
+        step = sets.foothold(*question, toward=np.array([0.0, outward]), margin=margin, held=True)
         found.append((place + step.position, place + step.zmp, place + step.landing_dcm, step.slack))
         place = place + step.position
-        dcm, swing, stance, time_left = step.landing_dcm - step.position, -step.position, other(stance), step_time
+        question = Question(
+            dcm=step.landing_dcm - step.position, stance=other(question.stance), time_left=question.step_time,
+            swing=-step.position, step_time=question.step_time, steps=left - 1,
+        )  # fmt: skip
     footholds, zmp, landings, slacks = (np.array(column) for column in zip(*found, strict=True))
     return Witness(footholds=footholds, zmp=zmp, landing_dcm=landings, slacks=slacks)
 
 
-def _broken(question: StepCertificate, witness: Witness, sets: StepSets) -> float:
+def _broken(question: Question, witness: Witness, sets: StepSets) -> float:
     pendulum, sole, limits = sets.pendulum, sets.sole, sets.limits
     if not len(witness.footholds) == len(witness.zmp) == len(witness.landing_dcm) == question.steps:
         return math.inf
@@ -205,7 +194,7 @@ def _rectangle(limits: StepLimits, stance: Side) -> Box:
     return box_of(stance, limits.max_stride, limits.min_width, limits.max_width)
 
 
-def _bound(sets: StepSets, question: StepCertificate, normal: np.ndarray) -> float:
+def _bound(sets: StepSets, question: Question, normal: np.ndarray) -> float:
     """Most that normal . xi can be, by the extreme ZMPs and footholds of every step in this direction."""
     ticks, times = sets.tick(question.time_left), round(question.step_time / sets.pendulum.dt)
     last, more = sets.boxes(question.stance, ticks, question.swing, question.step_time)

@@ -65,10 +65,21 @@ def choose(
     *,
     held: bool = False,
 ) -> Foothold:
-    """See `StepSets.foothold`; `held` tells that the ZMP stays until landing, free of errors.
+    """Where to land, and where to keep the ZMP until then, when exactly `steps` steps are to do.
 
     The slack at landing is made as large as it can be, up to the margin. Then the ZMP is the one nearest to the point
     of the sole nearest to the DCM, and the foothold the one nearest to `toward`.
+
+    Args:
+        sets: the sets; this function is their method `foothold`.
+        dcm, stance, time_left, swing, step_time: as for `StepSets.slacks`.
+        steps: 1 to max_steps, the one under way included.
+        toward: (2,) foothold that is best where the state leaves the choice [m].
+        margin: slack [m] beyond which more is of no use.
+        held: whether the ZMP stays until landing, free of errors.
+
+    Raises:
+        InputError: an argument is none of the sets', or not finite.
     """
     sets.require_steps(steps)
     point, wanted = np.array(dcm, dtype=float), np.array(toward, dtype=float)

@@ -187,16 +187,12 @@ def test_slack_is_the_distance_to_the_nearest_edge_line_of_the_polygon(sets: Ste
         assert every.shape == (round(time / PENDULUM.dt) + 1, sets.max_steps)
         if ticks < len(every):
             np.testing.assert_allclose(every[ticks], slacks, rtol=0, atol=1e-12)
-        fewest = sets.fewest(dcm, stance, ticks * PENDULUM.dt, where, time, margin=0.01)
-        enough = [n for n, slack in enumerate(slacks, 1) if slack >= 0.01]
-        assert fewest == (enough[0] if enough else None)
 
 
 def test_slacks_of_no_state_are_no_numbers() -> None:
     for dcm in ([math.nan, 0.0], [0.0, math.nan]):
         assert np.isnan(NOMINAL.slacks(np.array(dcm), "left", 0.1, SWING["left"], 0.15)).all()
         assert np.isnan(NOMINAL.slack_all_phases(np.array(dcm), "left", SWING["left"], 0.15)).all()
-    assert NOMINAL.fewest(np.array([math.nan, 0.0]), "left", 0.1, None, 0.15) is None
 
 
 @pytest.mark.parametrize("sets", [NOMINAL, ROBUST, SETS["octagon"]])

@@ -38,7 +38,7 @@ def test_every_state_is_certified_one_way_or_the_other(name: str) -> None:
         assert certificate.slack == pytest.approx(inside, abs=1e-9)
         assert certificate.holds(SETS[name])
         if isinstance(certificate.reason, Witness):
-            assert certificate.reason.footholds.shape == (certificate.steps, 2)
+            assert certificate.reason.footholds.shape == (certificate.question.steps, 2)
             assert (certificate.reason.slacks >= -1e-8).all()
 
 
@@ -61,12 +61,12 @@ def test_tampered_steps_are_refused(what: str) -> None:
         certificate = asked("rectangle", 1e-6, rng)
         assert isinstance(certificate.reason, Witness)
         genuine = getattr(certificate.reason, what)
-        for step in range(certificate.steps):
+        for step in range(certificate.question.steps):
             forged = genuine.copy()
             # Half a millimetre away from where the rim allows nothing, or whole steps too far.
             forged[step] += rng.choice([-1.0, 1.0], 2) * (0.5 if what == "footholds" else 5e-4)
             tampered = replace(certificate, reason=replace(certificate.reason, **{what: forged}))
-            if what == "zmp" and certificate.time_left == 0.0 and step == 0:
+            if what == "zmp" and certificate.question.time_left == 0.0 and step == 0:
                 # No time is left for this ZMP to matter, but it may still be outside.
                 continue
             assert not tampered.holds(SETS["rectangle"])
@@ -90,8 +90,8 @@ def test_tampered_lines_are_refused() -> None:
         ):
             assert not replace(certificate, reason=forged).holds(SETS["rectangle"])
         # What is true of one state is not of one that the line does not part from the set.
-        inside = certificate.dcm - 2e-3 * line.normal
-        assert not replace(certificate, dcm=inside).holds(SETS["rectangle"])
+        inside = certificate.question._replace(dcm=certificate.question.dcm - 2e-3 * line.normal)
+        assert not replace(certificate, question=inside).holds(SETS["rectangle"])
 
 
 def test_a_certificate_of_other_sets_is_refused() -> None:
