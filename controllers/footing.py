@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,11 @@ Array = NDArray[np.float64]
 EDGE = 0.003
 # A foot that has moved this far is somewhere else, and what depends on it is computed anew [m].
 MOVED = 0.002
+
+
+def heading_of(feet: Mapping[Side, Foot]) -> Heading:
+    """Where a robot faces, by its feet."""
+    return Heading(0.5 * (feet["left"].yaw + feet["right"].yaw))
 
 
 class Footing:
@@ -89,7 +96,7 @@ class Footing:
         if moved:
             self._hull = self._support = None
         if self._heading is None:
-            self._heading = Heading(0.5 * (self.feet["left"].yaw + self.feet["right"].yaw))
+            self._heading = heading_of(self.feet)
         return moved
 
     def lift(self, side: Side) -> None:

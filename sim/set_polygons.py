@@ -92,11 +92,6 @@ def dcm_polytope(pendulum: Pendulum, polygon: Polytope, heading: Heading, origin
     )
 
 
-def heading_of(regulator: Regulator) -> Heading:
-    """Where a robot faces, by its feet."""
-    return Heading(0.5 * (regulator.feet["left"].yaw + regulator.feet["right"].yaw))
-
-
 def _regulator(regulator: Regulator, reach: tuple[float, float]) -> Polytope:
     softest = regulator.softest
     return regulator_set(softest.pendulum, softest.gain, softest.polygon, softest.centre, bounds=reach).in_world()
@@ -113,7 +108,7 @@ def _stepping(brain: Supervisor | PaperSupervisor, x: Array) -> Polytope | None:
         return None
     regulator, lift = brain.regulator, brain.best_step(x)
     assert regulator is not None
-    stance, sets, heading = other(lift.side), brain.rule.sets, heading_of(regulator)
+    stance, sets, heading = other(lift.side), brain.rule.sets, brain.heading
     origin = regulator.feet[stance].position
     swing = heading.local(regulator.feet[lift.side].position, origin)
     polygon = sets.polygon(lift.steps, stance, lift.step_time, swing, step_time=lift.step_time)

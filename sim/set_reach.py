@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.footholds import StepLimits
+from controllers.footing import heading_of
 from controllers.limits import recoverable_delta_v
 from controllers.pendulum import Pendulum
 from controllers.regulator import Regulator
@@ -18,7 +19,6 @@ from controllers.step_sets_certificate import StepCertificate, certify_steps
 from controllers.support import Foot
 from models.arena import SIDES, Side
 from models.robot import other
-from sim.set_polygons import heading_of
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ class FirstStep:
 
 def first_steps(sets: StepSets, regulator: Regulator) -> tuple[FirstStep, ...]:
     """Every foot and duration from a stance."""
-    heading, feet = heading_of(regulator), regulator.feet
+    heading, feet = heading_of(regulator.feet), regulator.feet
     found = []
     for side in SIDES:
         origin = feet[other(side)].position
@@ -115,7 +115,7 @@ def certificates(
 
 def certify(sets: StepSets, regulator: Regulator, dcm: Array, first: FirstStep, steps: int) -> StepCertificate:
     """Why a DCM (2,) in the world [m] is in the set of so many steps, or why not."""
-    point = heading_of(regulator).local(dcm, first.origin)
+    point = heading_of(regulator.feet).local(dcm, first.origin)
     return certify_steps(sets, point, other(first.side), first.step_time, first.swing, first.step_time, steps)
 
 
@@ -130,7 +130,7 @@ def _span(
 ) -> tuple[float, float] | None:
     """Least and largest speed that one set holds [m/s]."""
     polygon = sets.polygon(steps, other(first.side), first.step_time, first.swing, step_time=first.step_time)
-    heading = heading_of(regulator)
+    heading = heading_of(regulator.feet)
     rest, ahead = (heading.local(_pushed(regulator, direction, speed), first.origin) for speed in (0.0, 1.0))
     rate, room = polygon.S @ (ahead - rest), polygon.a - polygon.S @ rest
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from controllers.step_rule_sets import SetRule
-from controllers.step_rules import Heading
+from controllers.step_rules import Heading, Lift
+from controllers.step_sets import StepSets
 from controllers.supervisor import Supervisor
 from models.robot import Robot, load_robot, other
 from scenarios.catalogue import load
@@ -21,20 +25,28 @@ def robot() -> Robot:
     return load_robot("utmu2")
 
 
+def slack_of(lift: Lift, supervisor: Supervisor, sets: StepSets, heading: Heading) -> Callable[[np.ndarray], float]:
+    """Slack of a state in the set of a step [m of DCM], told from the sets alone."""
+    assert supervisor.regulator is not None
+    feet = supervisor.regulator.feet
+    origin = feet[other(lift.side)].position
+    swing = heading.local(feet[lift.side].position, origin)
+
+    def slack(state: np.ndarray) -> float:
+        point = heading.local(sets.pendulum.dcm(state), origin)
+        slacks = sets.slacks(point, other(lift.side), lift.step_time, swing, lift.step_time)
+        return float(slacks[lift.steps - 1])
+
+    return slack
+
+
 @pytest.mark.parametrize(("plane", "pushed"), [("x-xdot", [0.01, 0.5, 0.0, 0.05]), ("y-ydot", [0.0, 0.1, 0.01, 0.5])])
 def test_a_corner_is_where_the_slack_is_zero(plane: Plane, pushed: list[float], robot: Robot) -> None:
     supervisor, sets = standing(load("three_pushes"), robot)
     assert supervisor.regulator is not None
     x = sets.pendulum.rest(supervisor.regulator.bank.centre) + pushed
-    lift, feet, heading = supervisor.best_step(x), supervisor.regulator.feet, Heading(0.0)
-    origin = feet[other(lift.side)].position
-    swing = heading.local(feet[lift.side].position, origin)
-
-    def stepping(state: np.ndarray) -> float:
-        point = heading.local(sets.pendulum.dcm(state), origin)
-        slacks = sets.slacks(point, other(lift.side), lift.step_time, swing, lift.step_time)
-        return float(slacks[lift.steps - 1])
-
+    lift = supervisor.best_step(x)
+    stepping = slack_of(lift, supervisor, sets, Heading(0.0))
     slack = {"tracking": stepping, "regulator": supervisor.regulator.softest.slack}
     found = {one.name: one for one in admissible_polygons(supervisor, x, push=1, planes=(plane,))}
     assert set(found) == {"regulator", "tracking"}
@@ -56,6 +68,26 @@ def test_a_corner_is_where_the_slack_is_zero(plane: Plane, pushed: list[float], 
     # The state itself is in the steppers' set: it is what best_step said.
     assert stepping(x) == pytest.approx(lift.slack, abs=1e-12)
     assert lift.slack > 0.0
+
+
+def test_feet_that_landed_turned_do_not_turn_the_outline(robot: Robot) -> None:
+    """The robot steps the way it faced at first, and so must the sets that are drawn for it."""
+    scenario = load("three_pushes", {"world": "pendulum"})
+    supervisor, sets = standing(scenario, robot)
+    seen = PendulumPlant(scenario, robot).observe()
+    feet = {side: replace(foot, yaw=0.3, position=foot.position + [0.01, 0.0, 0.0]) for side, foot in seen.feet.items()}
+    supervisor.command(replace(seen, feet=feet))
+    assert supervisor.regulator is not None
+    assert [foot.yaw for foot in supervisor.regulator.feet.values()] == [0.3, 0.3]
+    assert supervisor.heading.yaw == 0.0
+    x = sets.pendulum.rest(supervisor.regulator.bank.centre) + [0.0, 0.5, 0.0, 0.05]
+    slack = slack_of(supervisor.best_step(x), supervisor, sets, Heading(0.0))
+    polygons = admissible_polygons(supervisor, x, push=1)
+    (outline,) = (one.vertices for one in polygons if one.name == "tracking")
+    assert len(outline)
+    # Corners are found from the same rows.
+    rim = [slack(np.array([position, speed, *x[2:]])) for position, speed in outline]
+    assert min(rim) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_polygon_of_the_plane_is_turned_and_moved_with_the_foot(robot: Robot) -> None:
