@@ -75,12 +75,13 @@ def test_feet_that_landed_turned_do_not_turn_the_outline(robot: Robot) -> None:
     scenario = load("three_pushes", {"world": "pendulum"})
     supervisor, sets = standing(scenario, robot)
     seen = PendulumPlant(scenario, robot).observe()
-    feet = {side: replace(foot, yaw=0.3, position=foot.position + [0.01, 0.0, 0.0]) for side, foot in seen.feet.items()}
+    ahead = np.array([0.01, 0.0, 0.0])
+    feet = {side: replace(foot, yaw=0.3, position=foot.position + ahead) for side, foot in seen.feet.items()}
     supervisor.command(replace(seen, feet=feet))
     assert supervisor.regulator is not None
     assert [foot.yaw for foot in supervisor.regulator.feet.values()] == [0.3, 0.3]
     assert supervisor.heading.yaw == 0.0
-    x = sets.pendulum.rest(supervisor.regulator.bank.centre) + [0.0, 0.5, 0.0, 0.05]
+    x = sets.pendulum.rest(supervisor.regulator.bank.centre) + np.array([0.0, 0.5, 0.0, 0.05])
     slack = slack_of(supervisor.best_step(x), supervisor, sets, Heading(0.0))
     polygons = admissible_polygons(supervisor, x, push=1)
     (outline,) = (one.vertices for one in polygons if one.name == "tracking")
