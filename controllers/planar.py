@@ -159,7 +159,7 @@ def clipped(points: Points, half_planes: Iterable[tuple[Sequence[float], float]]
     return points
 
 
-def nearest(points: Points, x: float, y: float) -> tuple[float, float]:
+def nearest(points: Sequence[tuple[float, float]], x: float, y: float) -> tuple[float, float]:
     """Point of a convex polygon (counter-clockwise, not empty, perhaps flat) that is nearest to (x, y)."""
     inside, twice = True, 0.0
     best, found = math.inf, points[0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from operator import mul
 from typing import TYPE_CHECKING
 
 import daqp
@@ -23,7 +24,7 @@ _NEARNESS = 1e-6
 # The last entry is for the solver, which wants a definite cost. Leaving the wanted foothold counts less than leaving
 # the calmest ZMP: the foot gives way first.
 _WEIGHTS = _NEARNESS * np.diag([1.0, 1.0, 1e-2, 1e-2, 1.0])
-_PULL, _GAIN = -_WEIGHTS.diagonal()[:4], np.array([-1.0])
+_PULL = (-_WEIGHTS.diagonal()[:4]).tolist()
 _OPTIMAL = 1
 _TOLERANCE = 1e-9
 # A state on the rim would be lost to rounding: so much slack [m] is always sought.
@@ -83,7 +84,7 @@ def choose(
     """
     sets.require_steps(steps)
     point, wanted = np.array(dcm, dtype=float), np.array(toward, dtype=float)
-    if not (math.isfinite(point.sum()) and math.isfinite(wanted.sum()) and 0.0 <= margin < math.inf):
+    if not (math.isfinite(sum(point.tolist()) + sum(wanted.tolist())) and 0.0 <= margin < math.inf):
         raise InputError(
             f"dcm, toward, margin: must be finite and the margin not negative, got {dcm!r}, {toward!r}, {margin!r}"
         )
@@ -117,23 +118,26 @@ def choose(
     limits = np.concatenate(
         ((growth - 1.0) * usable.v, reach, offsets - normals.dot(free), (margin if margin > _LEAST else _LEAST,))
     )
-    optimum = _solve(np.concatenate(((growth - 1.0) * calm, share * wanted)), rows, limits)
+    (zx, zy), (px, py), pull = calm.tolist(), wanted.tolist(), growth - 1.0
+    optimum = _solve((pull * zx, pull * zy, share * px, share * py), rows, limits)
     zmp = usable.nearest(optimum[:2] / (growth - 1.0)) if k else calm
     shift = (growth - 1.0) * zmp
-    room = offsets - normals @ (free - moved * shift)
+    room = offsets - normals.dot(free - moved * shift)
     chosen = optimum[2:4]
     if steps == 1:
         ample = optimum[4] >= margin - _SAME
         chosen = _last_foothold(normals, room - optimum[4], tables.weights, chosen, box, wanted, ample=ample)
-    position = np.minimum(np.maximum(chosen, box[0]), box[1])
-    along = normals @ position
-    slack = float((room + along).min()) if steps > 1 else _best_between(room, along, tables.weights)
+    # Plain numbers: arrays of two would take four times as long.
+    (x, y), ((x1, y1), (x2, y2)) = chosen.tolist(), box
+    position = np.array((min(max(x, x1), x2), min(max(y, y1), y2)))
+    along = normals.dot(position)
+    slack = float(np.minimum.reduce(room + along)) if steps > 1 else _best_between(room, along, tables.weights)
     return Foothold(position=position, zmp=zmp, landing_dcm=free - shift, slack=slack)
 
 
-def _solve(wanted: np.ndarray, rows: np.ndarray, limits: np.ndarray) -> np.ndarray:
+def _solve(wanted: tuple[float, float, float, float], rows: np.ndarray, limits: np.ndarray) -> np.ndarray:
     """Unknowns (5,) with the largest slack, nearest to `wanted` (4,)."""
-    cost = np.concatenate((wanted * _PULL, _GAIN))
+    cost = np.array([*map(mul, wanted, _PULL), -1.0])
     optimum, _, flag, _ = daqp.solve(_WEIGHTS, cost, rows, limits, primal_tol=_TOLERANCE)
     if flag == _OPTIMAL or (rows @ optimum - limits).max() <= _SAME:
         return np.asarray(optimum)
@@ -161,6 +165,8 @@ def _last_foothold(
         wanted: (2,).
         ample: whether there are other y, the room not being that of the best.
     """
+    if ample and _within(box, wanted) and _suffices(room, normals.dot(wanted), weights):
+        return wanted
     if ample and (feet := _cone(normals, room, weights, box)):
         return np.array(nearest(feet, float(wanted[0]), float(wanted[1])))
     # All 1 / lam that bring y into the box, and the best of them. Of y nothing is known below the accuracy of the
@@ -176,6 +182,24 @@ def _last_foothold(
     square = float(middle @ middle)
     factor = float(middle @ wanted) / square if square > 0.0 else lower
     return middle * min(max(factor, lower), upper)
+
+
+def _within(box: Box, point: np.ndarray) -> bool:
+    (x1, y1), (x2, y2) = box
+    return bool(x1 <= point[0] <= x2 and y1 <= point[1] <= y2)
+
+
+def _suffices(room: np.ndarray, along: np.ndarray, weights: tuple[float, float]) -> bool:
+    """Whether room + lam along >= 0 for a lam between the weights."""
+    low, high = weights
+    for b, d in zip(room.tolist(), along.tolist(), strict=True):
+        if d > 0.0:
+            low = max(low, -b / d)
+        elif d < 0.0:
+            high = min(high, -b / d)
+        elif b < 0.0:
+            return False
+    return low <= high
 
 
 def _cone(normals: np.ndarray, room: np.ndarray, weights: tuple[float, float], box: Box) -> Points:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from controllers.planar import COLLINEAR, clipped, hull
+from controllers.planar import COLLINEAR, clipped, hull, nearest
 from models.errors import OkiagariError
 
 # Corners closer than this [m] are one: less than `hull` leaves between any two.
@@ -117,19 +117,7 @@ class SupportPolygon:
             return np.array(u, dtype=float)
         if inside == -math.inf:
             raise SupportError(f"no point of the polygon is nearest to {u!r}")
-        x, y = float(u[0]), float(u[1])
-        best, found = math.inf, (x, y)
-        ax, ay = self._corners[-1]
-        for bx, by in self._corners:
-            ex, ey = bx - ax, by - ay
-            along = ((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey)
-            along = min(max(along, 0.0), 1.0)
-            px, py = ax + along * ex, ay + along * ey
-            distance = (x - px) ** 2 + (y - py) ** 2
-            if distance < best:
-                best, found = distance, (px, py)
-            ax, ay = bx, by
-        return np.array(found)
+        return np.array(nearest(self._corners, float(u[0]), float(u[1])))
 
     def shrunk(self, margin: float) -> SupportPolygon:
         """Polygon of the points at least `margin` [m] inside.
