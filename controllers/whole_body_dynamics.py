@@ -13,7 +13,7 @@ import placo
 from numpy.typing import NDArray
 
 from controllers.signals import BalanceCommand, FootReference, JointTargets, Observation
-from controllers.whole_body_placo import PlacoModel, friction_torque
+from controllers.whole_body_placo import PlacoModel, body_tasks, friction_torque
 from models.arena import SIDES
 from models.robot import Robot, Side
 
@@ -43,7 +43,6 @@ class DynamicsWholeBody:
             dt: control period [s].
         """
         self._robot = robot
-        self._dt = dt
         self._model = PlacoModel(robot)
         self._omega_squared = robot.omega**2
         self._solver = solver = placo.DynamicsSolver(self._model.wrapper)
@@ -70,20 +69,11 @@ class DynamicsWholeBody:
             self._feet[side], self._contacts[side] = foot, contact
         self._position = {side: self._feet[side].position() for side in SIDES}
         self._orientation = {side: self._feet[side].orientation() for side in SIDES}
-        self._cog = solver.add_com_task(np.zeros(3))
-        self._cog.configure("cog", "soft", COG_WEIGHT)
+        tasks = body_tasks(solver, robot, cog=COG_WEIGHT, trunk=TRUNK_WEIGHT, posture=POSTURE_WEIGHT)
+        self._cog = tasks.cog
         self._cog.kp = self._cog.kd = 0.0
-        trunk = solver.add_orientation_task("trunk", np.eye(3))
-        trunk.configure("trunk", "soft", TRUNK_WEIGHT)
-        trunk.kp, trunk.kd = TRUNK_GAINS
-        posture = solver.add_joints_task()
-        legs = robot.leg_joints
-        stand = robot.stand[7:]
-        posture.set_joints(
-            {name: float(q) for name, q in zip(robot.joint_names, stand, strict=True) if name not in legs}
-        )
-        posture.configure("posture", "soft", POSTURE_WEIGHT)
-        posture.kp, posture.kd = POSTURE_GAINS
+        tasks.trunk.kp, tasks.trunk.kd = TRUNK_GAINS
+        tasks.posture.kp, tasks.posture.kd = POSTURE_GAINS
         self._pose = np.eye(4)
         self._stance: dict[Side, bool | None] = dict.fromkeys(SIDES)
         self._torque = np.zeros(len(robot.joint_names))
@@ -136,6 +126,8 @@ class DynamicsWholeBody:
             pose[:3, 3] = measured[0], measured[1], 0.0
         else:
             pose[:3, 3] = reference.position
+            position.dtarget_world = reference.velocity
+            position.ddtarget_world = reference.acceleration
         self._feet[side].T_world_frame = pose
         if self._stance[side] is not reference.stance:
             self._stance[side] = reference.stance
@@ -144,5 +136,5 @@ class DynamicsWholeBody:
             self._feet[side].configure(f"{side}_foot", "soft", weight, STANCE_WEIGHT)
             position.kp, position.kd = STANCE_POSITION if reference.stance else SWING_POSITION
             orientation.kp, orientation.kd = STANCE_ORIENTATION if reference.stance else SWING_ORIENTATION
-        position.dtarget_world = reference.velocity
-        position.ddtarget_world = reference.acceleration
+            if reference.stance:
+                position.dtarget_world = position.ddtarget_world = np.zeros(3)

@@ -15,7 +15,7 @@ import placo
 from numpy.typing import NDArray
 
 from controllers.signals import BalanceCommand, FootReference, JointTargets, Observation
-from controllers.whole_body_placo import PlacoModel, friction_torque
+from controllers.whole_body_placo import PlacoModel, body_tasks, friction_torque
 from models.arena import SIDES
 from models.robot import Robot, Side
 
@@ -55,14 +55,7 @@ class IkWholeBody:
         for side in SIDES:
             self._foot[side] = solver.add_frame_task(f"{side}_sole", np.eye(4))
             self._foot[side].configure(f"{side}_foot", "soft", FOOT_WEIGHT, FOOT_WEIGHT)
-        self._cog = solver.add_com_task(np.zeros(3))
-        self._cog.configure("cog", "soft", COG_WEIGHT)
-        trunk = solver.add_orientation_task("trunk", np.eye(3))
-        trunk.configure("trunk", "soft", TRUNK_WEIGHT)
-        posture = solver.add_joints_task()
-        stand = dict(zip(robot.joint_names, robot.stand[7:].tolist(), strict=True))
-        posture.set_joints({name: q for name, q in stand.items() if name not in robot.leg_joints})
-        posture.configure("posture", "soft", POSTURE_WEIGHT)
+        self._cog = body_tasks(solver, robot, cog=COG_WEIGHT, trunk=TRUNK_WEIGHT, posture=POSTURE_WEIGHT).cog
         solver.add_regularization_task(REGULARISATION)
         self.reset()
 
@@ -141,7 +134,7 @@ class IkWholeBody:
         robot, wrapper = self._robot, self._model.wrapper
         force = robot.mass * np.array([acceleration[0], acceleration[1], robot.gravity])
         torque = wrapper.generalized_gravity().copy()
-        shares = _shares(command)
+        shares = _shares(observation, command)
         middle = sum((share * observation.feet[side].position[:2] for side, share in shares.items()), np.zeros(2))
         for side, share in shares.items():
             if share <= 0.0:
@@ -164,13 +157,14 @@ def _hold(observation: Observation) -> JointTargets:
     return JointTargets(position=position, velocity=still, torque=still)
 
 
-def _shares(command: BalanceCommand) -> dict[Side, float]:
+def _shares(observation: Observation, command: BalanceCommand) -> dict[Side, float]:
     """Share of the floor force that each foot takes, by where the ZMP is along the line between them."""
-    left, right = command.feet["left"], command.feet["right"]
-    if not (left.stance and right.stance):
-        return {"left": float(left.stance), "right": float(right.stance)}
-    apart = left.position[:2] - right.position[:2]
-    share = float((command.zmp - right.position[:2]) @ apart / (apart @ apart))
+    left, right = command.feet["left"].stance, command.feet["right"].stance
+    if not (left and right):
+        return {"left": float(left), "right": float(right)}
+    origin = observation.feet["right"].position[:2]
+    apart = observation.feet["left"].position[:2] - origin
+    share = float((command.zmp - origin) @ apart / (apart @ apart))
     share = min(1.0, max(0.0, share))
     return {"left": share, "right": 1.0 - share}
 

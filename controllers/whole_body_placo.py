@@ -6,6 +6,8 @@ import contextlib
 import os
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import placo
@@ -51,6 +53,28 @@ class PlacoModel:
         state = self.wrapper.state
         state.q, state.qd = q, qd
         self.wrapper.update_kinematics()
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyTasks:
+    """What is asked of a body beside its feet: where its COG is, an upright trunk, and the pose of arms and head."""
+
+    cog: Any
+    trunk: Any
+    posture: Any
+
+
+def body_tasks(solver: Any, robot: Robot, *, cog: float, trunk: float, posture: float) -> BodyTasks:
+    """Add the tasks to a solver of placo, of kinematics or of dynamics, with these weights."""
+    where = solver.add_com_task(np.zeros(3))
+    where.configure("cog", "soft", cog)
+    upright = solver.add_orientation_task("trunk", np.eye(3))
+    upright.configure("trunk", "soft", trunk)
+    pose = solver.add_joints_task()
+    stand = dict(zip(robot.joint_names, robot.stand[7:].tolist(), strict=True))
+    pose.set_joints({name: q for name, q in stand.items() if name not in robot.leg_joints})
+    pose.configure("posture", "soft", posture)
+    return BodyTasks(cog=where, trunk=upright, posture=pose)
 
 
 def friction_torque(robot: Robot, speed: Array) -> Array:

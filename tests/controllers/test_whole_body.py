@@ -28,16 +28,9 @@ def world(robot: Robot) -> HumanoidWorld:
 
 
 def stand(observation: Observation, zmp: np.ndarray | None = None) -> BalanceCommand:
-    still = np.zeros(3)
-    feet = observation.feet
     return BalanceCommand(
         zmp=observation.cog[:2].copy() if zmp is None else zmp,
-        feet={
-            side: FootReference(
-                stance=True, position=feet[side].position, velocity=still, acceleration=still, yaw=feet[side].yaw
-            )
-            for side in SIDES
-        },
+        feet={side: FootReference.standing(observation.feet[side], observation.feet[side].yaw) for side in SIDES},
     )
 
 
@@ -69,6 +62,23 @@ def test_the_zmp_goes_where_it_is_told(name: str, robot: Robot, world: HumanoidW
     observation = world.observe()
     assert observation.zmp[0] - observation.cog[0] == pytest.approx(0.015, abs=0.005)
     assert observation.zmp[1] - observation.cog[1] == pytest.approx(0.0, abs=0.002)
+
+
+@pytest.mark.parametrize("name", LAYERS)
+def test_of_a_foot_that_stands_only_the_heading_counts(name: str, robot: Robot, world: HumanoidWorld) -> None:
+    observation = world.observe()
+    told = stand(observation)
+    nonsense = {
+        side: replace(foot, position=np.zeros(3), velocity=np.ones(3), acceleration=np.full(3, 9.0))
+        for side, foot in told.feet.items()
+    }
+    one, other = (
+        make_whole_body(name, robot, 0.002).targets(observation, command)  # type: ignore[arg-type]
+        for command in (told, replace(told, feet=nonsense))
+    )
+    assert not other.solver_failed
+    assert np.array_equal(one.torque, other.torque)
+    assert np.array_equal(one.position, other.position)
 
 
 @pytest.mark.parametrize("name", LAYERS)
