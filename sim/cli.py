@@ -19,6 +19,7 @@ from models.errors import InputError
 from scenarios.catalogue import check_against, find, load, shipped
 from scenarios.schema import Controller, Scenario, WholeBody, World
 from sim import cli_ablation, cli_hardest, cli_report, cli_sweep, run_folder
+from sim.cli_numbers import number, whole
 from sim.cli_sets import register
 
 if TYPE_CHECKING:
@@ -77,24 +78,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _refuse(message: str) -> int:
-    line = " ".join(message.split())
+    # Of a choice, typer passes on how pydantic begins a message.
+    line = " ".join(message.split()).replace(": Value error, ", ": ")
     if line:  # a bare `okiagari` has shown its help instead
         print(f"okiagari: {line}", file=sys.stderr)
     return 2
-
-
-def _whole(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a whole number") from None
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a number") from None
 
 
 @app.command(
@@ -116,7 +104,7 @@ def run(
     ] = None,
     whole_body: Annotated[WholeBody | None, typer.Option(help="From balance to joints.")] = None,
     seed: Annotated[
-        int | None, typer.Option(parser=_whole, metavar="N", help="Of what varies: the initial pose.")
+        int | None, typer.Option(parser=whole, metavar="N", help="Of what varies: the initial pose.")
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder to write, new or empty.", show_default="out/SCENARIO-WORLD")
@@ -159,8 +147,8 @@ def render(
     folder: Annotated[Path, typer.Argument(help="Folder of a run.")],
     camera: Annotated[str, typer.Option(help="three_quarter, side, front or top.")] = "three_quarter",
     size: Annotated[str, typer.Option(metavar="WxH", help="Of a frame, in pixels.")] = "640x480",
-    fps: Annotated[float, typer.Option(parser=_number, metavar="N", help="Frames a second.")] = 60.0,
-    slow: Annotated[float, typer.Option(parser=_number, metavar="X", help="4 plays at a quarter of the speed.")] = 1.0,
+    fps: Annotated[float, typer.Option(parser=number, metavar="N", help="Frames a second.")] = 60.0,
+    slow: Annotated[float, typer.Option(parser=number, metavar="X", help="4 plays at a quarter of the speed.")] = 1.0,
 ) -> None:
     """Film a run again from its trace, without simulating: replaces the video in its folder."""
     match = re.fullmatch(r"(\d+)x(\d+)", size)

@@ -10,7 +10,9 @@ import typer
 
 from models.errors import InputError
 from scenarios.suite_catalogue import load_suite
-from sim.cli_sweep import run_suite, whole_count
+from sim.cli_numbers import at_least
+from sim.cli_report import tell_unfinished
+from sim.cli_sweep import run_suite
 
 # What takes long to import (statistics, pictures) is imported by the command that needs it.
 
@@ -41,7 +43,7 @@ def ablation(
         Path | None, typer.Option(metavar="DIR", help="Folder to run it in.", show_default="out/sweep-SUITE")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(parser=whole_count, metavar="N", help="Processes.", show_default="one a core")
+        int | None, typer.Option(parser=at_least(1), metavar="N", help="Processes.", show_default="one a core")
     ] = None,
     picture: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Bars, .png or .svg.", show_default="DIR/ablation.png")
@@ -51,14 +53,21 @@ def ablation(
 
     The same command goes on where it was stopped. With DIR nothing is run: what that sweep has so far is shown.
     """
-    from sim.report_ablation import ABLATION, check_picture, write_ablation
+    from sim.report_ablation import ABLATION, write_ablation
+    from sim.report_file import check_picture
 
     if picture is not None:
-        check_picture(picture)
+        check_picture(picture, "--picture")
     for name, value in (("suite", suite), ("out", out), ("workers", workers)):
         if folder is not None and value is not None:
             raise InputError(f"--{name}: nothing is run for a folder that is given; give only one of it and DIR")
-    if folder is None:
+    from sim.results import read_sweep
+
+    if folder is not None:
+        sweep = read_sweep(folder)
+        if not sweep.get("variants"):
+            raise InputError(f"{str(folder)!r} is of the suite {sweep.get('name')!r}, which has no variants to compare")
+    else:
         loaded = load_suite(suite or "ablation")
         if loaded.suite.variants is None:
             raise InputError(f"{loaded.path}: variants: is missing; an ablation compares them")
@@ -70,11 +79,8 @@ def ablation(
 
     summary = write_summary(folder)
     section = summary["ablation"]
-    if section is None:
-        raise InputError(f"{str(folder)!r} is of the suite {summary['suite']!r}, which has no variants to compare")
     path = picture if picture is not None else folder / ABLATION
     write_ablation(section, path)
     print(ablation_table(section))
-    if not summary["finished"]:
-        print(f"okiagari: not finished: {summary['episodes']} of {summary['planned']} episodes", file=sys.stderr)
+    tell_unfinished(summary["episodes"], read_sweep(folder))
     print(path, file=sys.stderr)

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from models.errors import InputError
+from sim.cli_report import tell_unfinished
 
 Progress = Callable[[str, float], AbstractContextManager[Callable[[float], None] | None]]
 
@@ -37,10 +38,13 @@ def register(app: typer.Typer, progress: Progress) -> None:
         skipped.
         """
         from sim.hardest import film_hardest, hardest_pushes
+        from sim.results import read_sweep
         from sim.summary import load_rows
         from sim.video import missing_renderer
 
-        pushes = hardest_pushes(load_rows(folder, all_columns=True), controller, case)
+        rows = load_rows(folder, all_columns=True)
+        pushes = hardest_pushes(rows, controller, case)
+        tell_unfinished(len(rows), read_sweep(folder))
         note = missing_renderer()
         if note:
             raise InputError(note)

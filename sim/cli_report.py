@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+
+from sim.cli_numbers import at_least
 
 if TYPE_CHECKING:
     from sim.baseline import Baseline
@@ -34,21 +37,20 @@ def register(app: typer.Typer) -> None:
     app.command(epilog="Example: okiagari check out/sweep-smoke --baseline baselines/smoke.json")(check)
 
 
-def _count(text: str) -> int:
-    try:
-        number = int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a whole number") from None
-    if number < 0:
-        raise typer.BadParameter(f"{number} is not allowed; it must be >= 0")
-    return number
+def tell_unfinished(episodes: int, sweep: Mapping[str, Any]) -> None:
+    """Say on stderr that a sweep is not finished, if it is not: what is shown of it may change."""
+    if sweep.get("finished") != episodes:
+        print(f"okiagari: not finished: {episodes} of {sweep.get('planned')} episodes", file=sys.stderr)
 
 
 def summary(folder: _Folder) -> None:
     """Print thresholds, rates and the score of the prediction, and write them to DIR/summary.json."""
+    from sim.results import read_sweep
     from sim.summary import SUMMARY, print_summary, write_summary
 
-    print_summary(write_summary(folder))
+    made = write_summary(folder)
+    print_summary(made)
+    tell_unfinished(made["episodes"], read_sweep(folder))
     print(folder / SUMMARY)
 
 
@@ -59,7 +61,7 @@ def report(
         Path | None, typer.Option(metavar="FILE", help="Page to write.", show_default="DIR/report.html")
     ] = None,
     failures: Annotated[
-        int, typer.Option(parser=_count, metavar="N", help="Failures to run again and show frames of.")
+        int, typer.Option(parser=at_least(0), metavar="N", help="Failures to run again and show frames of.")
     ] = 4,
 ) -> None:
     """Write one page, complete in itself, that says what was run and what came of it."""
@@ -67,9 +69,9 @@ def report(
     from sim.summary import write_summary
 
     path = out if out is not None else folder / REPORT
-    write_summary(folder)
     with Console(stderr=True).status("writing the report"):
         write_report(folder, path, baseline=baseline, failures=failures)
+    write_summary(folder)
     print(path)
 
 
@@ -83,12 +85,15 @@ def envelope(
 ) -> None:
     """Draw the robust thresholds around the robot, and print them as a table in Markdown."""
     from sim.envelope import ENVELOPE, chosen_case, envelope_table, write_envelope
+    from sim.results import read_sweep
     from sim.summary import load_rows, write_summary
 
     path = out if out is not None else folder / ENVELOPE
-    shown = chosen_case(load_rows(folder), case)
+    rows = load_rows(folder)
+    shown = chosen_case(rows, case)
     write_envelope(shown, path)
     print(envelope_table(shown, write_summary(folder)))
+    tell_unfinished(len(rows), read_sweep(folder))
     print(path, file=sys.stderr)
 
 
@@ -100,9 +105,11 @@ def baseline(
 ) -> None:
     """Write the outcomes of a sweep to a small text file, to be reviewed and committed."""
     from sim.baseline import of_sweep, write_baseline
+    from sim.out_file import check_file
 
     made = of_sweep(folder)
     path = out if out is not None else Path("baselines") / f"{made.suite}.json"
+    check_file(path, "--out")
     write_baseline(made, path)
     print(path)
 

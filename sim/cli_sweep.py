@@ -16,6 +16,7 @@ from models.errors import InputError
 from scenarios.schema import World
 from scenarios.suite import MANY
 from scenarios.suite_catalogue import LoadedSuite, in_world, load_suite
+from sim.cli_numbers import at_least
 
 # What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
 
@@ -37,17 +38,6 @@ def register(app: typer.Typer) -> None:
     app.command(epilog="Example: okiagari replay out/sweep-smoke 3f2a9c --video")(replay)
 
 
-def whole_count(text: str) -> int:
-    """A number of the command line that is at least 1."""
-    try:
-        number = int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a whole number") from None
-    if number < 1:
-        raise typer.BadParameter(f"{number} is not allowed; it must be >= 1")
-    return number
-
-
 def sweep(
     suite: Annotated[
         str,
@@ -60,7 +50,7 @@ def sweep(
         Path | None, typer.Option(help="Folder to write, or to go on with.", show_default="out/sweep-SUITE")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(parser=whole_count, metavar="N", help="Processes.", show_default="one a core")
+        int | None, typer.Option(parser=at_least(1), metavar="N", help="Processes.", show_default="one a core")
     ] = None,
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, instead of processes of this machine.")

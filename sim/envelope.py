@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,16 +10,13 @@ from typing import Any
 from models.errors import InputError
 from sim.push_limits import PushLimit, push_limits
 from sim.report_envelope import draw_envelope
-from sim.report_style import style
-from sim.results import write_bytes
+from sim.report_file import write_picture
 from sim.statistics import Row
 from sim.summary_table import ordered
 from sim.thresholds import Threshold, thresholds
 from sim.wording import case_words, first_words, fixed
 
 ENVELOPE = "envelope.png"
-_KINDS = (".png", ".svg")
-_DPI = 200
 _WORDS = {
     "paper": "paper (one fixed reference)",
     "regulator": "regulator (never steps)",
@@ -70,18 +66,7 @@ def write_envelope(shown: ShownCase, path: Path) -> None:
     Raises:
         InputError: if the file cannot be written, or its name ends otherwise than in .png or .svg.
     """
-    if path.suffix not in _KINDS:
-        raise InputError(f"--out: {str(path)!r} must end in {' or '.join(_KINDS)}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"--out: {path}: cannot be written: {error.strerror}") from None
-    stream = io.BytesIO()
-    with style():
-        figure = draw_envelope(shown.robust, shown.limits, normalised=True)
-        metadata = {"Date": None} if path.suffix == ".svg" else {"Software": None}
-        figure.savefig(stream, format=path.suffix[1:], dpi=_DPI, metadata=metadata)
-    write_bytes(stream.getvalue(), path)
+    write_picture(lambda: draw_envelope(shown.robust, shown.limits, normalised=True), path, "--out")
 
 
 def envelope_table(shown: ShownCase, summary: dict[str, Any]) -> str:

@@ -15,6 +15,7 @@ from sim import wording
 from sim.ablation import difference_words, p_words, reference_rows, split_words
 from sim.baseline import of_sweep, read_baseline
 from sim.check import Comparison, compare, describe, replay_command
+from sim.out_file import check_file, write_file
 from sim.push_limits import PushLimit, push_limits
 from sim.report_ablation import ablation_picture
 from sim.report_charts import heat_map, rate_curves, slack_plot
@@ -22,7 +23,7 @@ from sim.report_endurance import survival_curves
 from sim.report_envelope import envelope
 from sim.report_failures import Failure, Strip, film_strip, law_words, worst_failures
 from sim.report_style import COLOURS, Picture
-from sim.results import SUITE, read_sweep, write_bytes
+from sim.results import SUITE, read_sweep
 from sim.statistics import Rate, Row, grouped
 from sim.summary import load_rows, summarise
 from sim.summary_table import FEW, cases, condensed, ordered
@@ -67,6 +68,7 @@ def write_report(
     Raises:
         InputError: if the folder or the baseline cannot be read, they cannot be compared, or the file not be written.
     """
+    check_file(path, "--out")
     comparison = None if baseline is None else compare(read_baseline(baseline), of_sweep(folder))
     rows, sweep = load_rows(folder), read_sweep(folder)
     shown = []
@@ -77,7 +79,7 @@ def write_report(
     suite = folder / SUITE
     text = suite.read_text(encoding="utf-8") if suite.is_file() else ""
     page = render(folder, rows, sweep, suite_text=text, failures=shown, comparison=comparison, baseline=baseline)
-    write_bytes(page.encode(), path)
+    write_file(page.encode(), path, "--out")
     if progress is not None:
         progress(1.0)
 

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
-from models.errors import InputError
 from sim.ablation import difference_words, p_words, rate
 from sim.palette import TRACKER
+from sim.report_file import write_picture
 from sim.report_style import FAINT, INK, SOFT, WIDTH, Picture, picture, style
-from sim.results import write_bytes
 from sim.statistics import ALPHA
 
 ABLATION = "ablation.png"
-KINDS = (".png", ".svg")
-_DPI = 200
 _BAR = 0.62
 _ROOM = 2.0  # end of the axes, so far beyond the share 1 for the words at the right
 
@@ -77,19 +73,4 @@ def write_ablation(section: Mapping[str, Any], path: Path) -> None:
     Raises:
         InputError: if it cannot be written, or its name ends otherwise than in .png or .svg.
     """
-    check_picture(path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"--picture: {path}: cannot be written: {error.strerror}") from None
-    stream = io.BytesIO()
-    with style():
-        metadata = {"Date": None} if path.suffix == ".svg" else {"Software": None}
-        draw_ablation(section).savefig(stream, format=path.suffix[1:], dpi=_DPI, metadata=metadata)
-    write_bytes(stream.getvalue(), path)
-
-
-def check_picture(path: Path) -> None:
-    """Refuse a file that would be no picture, before anything is run for it; raises `InputError`."""
-    if path.suffix not in KINDS:
-        raise InputError(f"--picture: {str(path)!r} must end in {' or '.join(KINDS)}")
+    write_picture(lambda: draw_ablation(section), path, "--picture")
