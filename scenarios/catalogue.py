@@ -10,19 +10,17 @@ from pydantic import ValidationError
 
 from models.errors import InputError
 from scenarios.complaint import complaint, near
-from scenarios.files import files_of, find_file, read_toml, robot_beside
+from scenarios.files import find_file, read_toml, robot_beside, shipped_files
 from scenarios.push import COG
 from scenarios.schema import Scenario
 
 if TYPE_CHECKING:
     from models.robot import Robot
 
-SHIPPED = Path(__file__).parent
-
 
 def shipped() -> dict[str, Path]:
     """The scenarios that come with Okiagari: name -> file."""
-    return files_of(SHIPPED)
+    return shipped_files("scenario")
 
 
 def find(name: str | Path) -> Path:
@@ -34,7 +32,7 @@ def find(name: str | Path) -> Path:
     Raises:
         InputError: if there is none; lists the names there are.
     """
-    return find_file("scenario", name, shipped())
+    return find_file("scenario", name)
 
 
 def load(name: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenario:

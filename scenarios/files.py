@@ -3,30 +3,34 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from models.errors import InputError
 from scenarios.complaint import near
 
+Kind = Literal["scenario", "suite"]
+_HERE = Path(__file__).parent
+_FOLDERS: dict[Kind, Path] = {"scenario": _HERE, "suite": _HERE / "suites"}
+_COMMANDS: dict[Kind, str] = {"scenario": "okiagari run", "suite": "okiagari sweep"}
 
-def files_of(folder: Path) -> dict[str, Path]:
-    """The `.toml` files of a folder: name -> file."""
-    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+def shipped_files(kind: Kind) -> dict[str, Path]:
+    """The files of a kind that come with Okiagari: name -> file."""
+    return {path.stem: path for path in sorted(_FOLDERS[kind].glob("*.toml"))}
 
 
-def find_file(kind: str, name: str | Path, known: Mapping[str, Path]) -> Path:
+def find_file(kind: Kind, name: str | Path) -> Path:
     """Find a file by its name or path.
 
     Args:
-        kind: what it should be, to begin a message with.
-        name: of one that is known, or a path to a `.toml` file.
-        known: name -> file.
+        kind: what it should be.
+        name: of one that is shipped, or a path to a `.toml` file.
 
     Raises:
         InputError: if there is none; lists the names there are.
     """
+    known = shipped_files(kind)
     if str(name) in known:
         return known[str(name)]
     path = Path(name)
@@ -34,6 +38,9 @@ def find_file(kind: str, name: str | Path, known: Mapping[str, Path]) -> Path:
         if path.is_file():
             return path
         raise InputError(f"{kind}: no file {str(path)!r}")
+    for other, command in _COMMANDS.items():
+        if str(name) in shipped_files(other):
+            raise InputError(f"{kind}: {str(name)!r} is a {other}: {command} {name}")
     raise InputError(
         f"{kind}: {str(name)!r} is neither one of {', '.join(known)} nor a path to a .toml file{near(str(name), known)}"
     )

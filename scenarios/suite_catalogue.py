@@ -12,13 +12,12 @@ from pydantic import ValidationError
 from models.errors import InputError
 from scenarios.catalogue import load
 from scenarios.complaint import complaint
-from scenarios.files import files_of, find_file, read_toml, robot_beside
+from scenarios.files import find_file, read_toml, robot_beside, shipped_files
 from scenarios.push import Push
 from scenarios.schema import Scenario, World
 from scenarios.suite import SIZES, SUITE_TABLES, Suite
 from scenarios.variants import CHANGEABLE, DECIDED, changed, parameter_of
 
-SHIPPED = Path(__file__).parent / "suites"
 START = 1.0
 """When a push begins that neither the axes nor the base scenario give a start [s]."""
 
@@ -56,7 +55,7 @@ class LoadedSuite:
 
 def shipped() -> dict[str, Path]:
     """The suites that come with Okiagari: name -> file."""
-    return files_of(SHIPPED)
+    return shipped_files("suite")
 
 
 def load_suite(name: str | Path) -> LoadedSuite:
@@ -68,7 +67,7 @@ def load_suite(name: str | Path) -> LoadedSuite:
     Raises:
         InputError: if it cannot be read or says something that is not allowed; one line.
     """
-    path = find_file("suite", name, shipped())
+    path = find_file("suite", name)
     text, fields = read_toml(path)
     try:
         suite = Suite.model_validate(fields)

@@ -222,7 +222,7 @@ def read_results(folder: Path) -> pa.Table:
         ResultsError: if it is not the folder of a sweep, holds no row, or one of its files is damaged.
     """
     if not (folder / SWEEP).is_file():
-        raise ResultsError(f"{str(folder)!r} is not the folder of a sweep: it has no {SWEEP}")
+        raise _no_sweep(folder)
     tables = [read_file(path) for path in row_files(folder)]
     if not sum(table.num_rows for table in tables):
         raise ResultsError(f"{str(folder)!r} holds no finished episode yet")
@@ -238,8 +238,8 @@ def read_sweep(folder: Path) -> dict[str, Any]:
     path = folder / SWEEP
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ResultsError(f"{str(folder)!r} is not the folder of a sweep: it has no {SWEEP}") from None
+    except (FileNotFoundError, NotADirectoryError):
+        raise _no_sweep(folder) from None
     except OSError as error:
         raise ResultsError(f"{path}: cannot be read: {error.strerror}") from None
     except ValueError:
@@ -247,6 +247,11 @@ def read_sweep(folder: Path) -> dict[str, Any]:
     if not isinstance(content, dict) or "suite_hash" not in content:
         raise ResultsError(f"{path}: damaged; delete it and repeat the sweep, which keeps the rows")
     return content
+
+
+def _no_sweep(folder: Path) -> ResultsError:
+    why = f"it has no {SWEEP}" if folder.is_dir() else "it is a file" if folder.exists() else "there is no such folder"
+    return ResultsError(f"{str(folder)!r} is not the folder of a sweep: {why}")
 
 
 def row_files(folder: Path) -> list[Path]:
@@ -274,11 +279,12 @@ def write_table(table: pa.Table, path: Path) -> None:
     sink = pa.BufferOutputStream()
     blank = table.replace_schema_metadata({**(table.schema.metadata or {}), b"seal": BLANK.encode()})
     pq.write_table(blank, sink, compression="zstd", write_page_checksum=True)
-    write_bytes(seal(sink.getvalue().to_pybytes()), path)
+    then = "; the rows before it are safe, and the same command goes on from there"
+    write_bytes(seal(sink.getvalue().to_pybytes()), path, then)
 
 
-def write_bytes(content: Any, path: Path) -> None:
-    """Write a file so that it is whole or absent, at any moment; raises `ResultsError` if it cannot be."""
+def write_bytes(content: Any, path: Path, then: str = "") -> None:
+    """Write a file so that it is whole or absent, at any moment; else raises `ResultsError`, which ends with `then`."""
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         try:
@@ -291,6 +297,4 @@ def write_bytes(content: Any, path: Path) -> None:
             part.unlink(missing_ok=True)
     except OSError as error:
         what = "the disk is full" if error.errno in (errno.ENOSPC, errno.EDQUOT) else error.strerror
-        raise ResultsError(
-            f"{path}: cannot be written: {what}; the rows before it are safe, and the same command goes on from there"
-        ) from None
+        raise ResultsError(f"{path}: cannot be written: {what}{then}") from None

@@ -96,10 +96,29 @@ def prepare(loaded: LoadedSuite, folder: Path) -> None:
     if sweep.exists():
         known = results.read_sweep(folder)
         if known["suite_hash"] != suite_hash(loaded):
-            raise InputError(
-                f"{str(folder)!r} holds results of another suite, {known.get('name')!r} as it was then; "
-                "choose another folder with --out"
-            )
+            raise InputError(f"{str(folder)!r} holds {_other(known, loaded)}; choose another folder with --out")
+        return
+    results.write_bytes(loaded.text.encode(), folder / results.SUITE)
+    describe(loaded, folder, planned=loaded.suite.episodes, finished=0)
+
+
+def _other(known: Mapping[str, Any], loaded: LoadedSuite) -> str:
+    """What a folder holds that is another suite's, in words that tell the two apart."""
+    then, now = known.get("name"), loaded.name
+    if then != now:
+        return f"results of the suite {then!r}, not of {now!r}"
+    worlds = [
+        "the worlds of its file" if one is None else f"the world {one} only"
+        for one in (known.get("world"), loaded.only)
+    ]
+    if worlds[0] != worlds[1]:
+        return f"results of the suite {now!r} in {worlds[0]}, not in {worlds[1]}"
+    return f"results of the suite {now!r} as it was then, and its file or Okiagari's defaults have changed since"
+
+
+def _check_foreign(folder: Path) -> None:
+    """Refuse a folder that is not a sweep's, before a lock is left in it."""
+    if not folder.is_dir() or (folder / results.SWEEP).exists():
         return
     ours = {results.SUITE, results.ROWS, results.RESULTS, LOCK}
     foreign = sorted(entry.name for entry in folder.iterdir() if entry.name not in ours and entry.suffix != ".part")
@@ -107,8 +126,6 @@ def prepare(loaded: LoadedSuite, folder: Path) -> None:
         raise InputError(
             f"{str(folder)!r} holds {foreign[0]!r}, which no sweep writes; choose another folder with --out"
         )
-    results.write_bytes(loaded.text.encode(), folder / results.SUITE)
-    describe(loaded, folder, planned=loaded.suite.episodes, finished=0)
 
 
 def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) -> None:
@@ -136,7 +153,12 @@ def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) 
 
 @contextmanager
 def owned(folder: Path) -> Iterator[None]:
-    """Make the folder and keep every other sweep out of it."""
+    """Make the folder and keep every other sweep out of it.
+
+    Raises:
+        InputError: if it cannot be written, holds what no sweep writes, or another sweep is at it.
+    """
+    _check_foreign(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         file = open(folder / LOCK, "w")  # noqa: SIM115

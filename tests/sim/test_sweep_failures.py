@@ -158,7 +158,7 @@ def test_folder_of_another_suite_is_refused(tmp_path: Path) -> None:
     one = suite(tmp_path, PENDULUM.replace("replicas = 2", "replicas = 1"))
     run_sweep(one, out, HERE)
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    with pytest.raises(InputError, match="holds results of another suite, 'short'"):
+    with pytest.raises(InputError, match="holds results of the suite 'short' as it was then"):
         run_sweep(suite(tmp_path), out, HERE)
     (out / results.SWEEP).write_text("{")
     with pytest.raises(InputError, match=r"sweep\.json: damaged; delete it"):
@@ -172,7 +172,7 @@ def test_folder_of_another_suite_is_refused(tmp_path: Path) -> None:
 def test_foreign_folder_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.tex").touch()
-    with pytest.raises(InputError, match=r"holds 'thesis.tex', which no sweep writes"):
+    with pytest.raises(InputError, match=r"holds 'thesis\.tex', which no sweep writes"):
         run_sweep(suite(tmp_path), tmp_path / "out", HERE)
 
 
