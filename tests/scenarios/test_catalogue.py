@@ -169,7 +169,7 @@ WRONG = {
     ),
     "one table of pushes": ("[pushes]\nstart = 3.0\n", ["pushes", "list"]),
     "no table": ("timing = 3\n", ["timing", "3", "table"]),
-    "two lines": ('robot = ""\n', ["robot", "''", "not empty"]),
+    "nameless robot": ('robot = ""\n', ["robot", "''", "not empty"]),
 }
 
 
@@ -189,6 +189,11 @@ def test_wrong_file_is_told_in_one_line(what: str, tmp_path: Path) -> None:
 def test_missing_description_is_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"description: is missing"):
         load(written(tmp_path, "", description=""))
+
+
+def test_description_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"description: 'a\\nb' is not one line of text"):
+        load(written(tmp_path, "", description='description = "a\\nb"\n'))
 
 
 def test_misspelt_field_is_told_before_the_field_that_is_missing_for_it(tmp_path: Path) -> None:

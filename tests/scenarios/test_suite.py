@@ -21,6 +21,16 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
+def assert_refused(path: Path, words: str) -> None:
+    """The suite is refused in one line that begins with its file and holds these words."""
+    with pytest.raises(InputError) as caught:
+        load_suite(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert words in message
+    assert "\n" not in message
+
+
 def test_suites_that_ship() -> None:
     tuned_by = {"ablation"}
     reported = {"trunk_push", "cog_push", "smoke", "disturbed", "truth", "endurance", "second_push"}
@@ -196,13 +206,7 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
     ],
 )
 def test_bad_suites_are_refused_in_one_line(text: str, words: str, tmp_path: Path) -> None:
-    path = written(tmp_path, text)
-    with pytest.raises(InputError) as caught:
-        load_suite(path)
-    message = str(caught.value)
-    assert message.startswith(f"{path}: ")
-    assert words in message
-    assert "\n" not in message
+    assert_refused(written(tmp_path, text), words)
 
 
 @pytest.mark.parametrize(

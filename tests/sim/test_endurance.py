@@ -44,11 +44,11 @@ def test_spread_is_of_the_values_in_whatever_order() -> None:
 def test_interval_of_the_median_covers_it_as_often_as_it_says() -> None:
     rng = np.random.default_rng(5)
     covered = 0
-    for _ in range(400):
+    for _ in range(200):
         low, high = spread(rng.exponential(1.0, 20).tolist())["interval"]
         covered += low <= np.log(2.0) <= high
-    # Binomial: 95 % of 400 with a standard deviation of 1.1 %; the bootstrap of so few errs by a point or two.
-    assert 0.91 <= covered / 400 <= 0.985
+    # Binomial: 95 % of 200 with a standard deviation of 1.5 %; the bootstrap of so few errs by a point or two.
+    assert 0.90 <= covered / 200 <= 0.99
 
 
 def test_entry_for_every_controller() -> None:

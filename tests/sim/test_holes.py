@@ -11,7 +11,7 @@ import pytest
 from sim.holes import HOLE_SHARE, holes
 from sim.motor_summary import motor_use
 from sim.report import REPORT, write_report
-from sim.summary import load_rows, print_summary, summarise
+from sim.summary import print_summary, summarise
 from sim.thresholds import thresholds
 from tests.sim.sweep_tables import OMEGA, adaptive, edge, folder_of, row, sweep_facts
 
@@ -96,7 +96,6 @@ def test_summary_and_report_count_them(tmp_path: Path, capsys: pytest.CaptureFix
     assert "<h3>Holes</h3>" in page
     assert f"<td>{lost['episode']}</td>" in page
     assert "1 of the supervisor" in page
-    assert load_rows(folder)
 
 
 def test_worst_direction_is_that_of_the_least_threshold() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from scenarios.catalogue import load
 from sim.episode import EpisodeResult, run_episode
-from sim.outcome import REST_SPEED, Result
+from sim.outcome import Result
 
 
 @cache
@@ -45,8 +45,6 @@ def test_the_pendulum_keeps_its_zmp_inside_at_every_tick() -> None:
     commanded = np.column_stack([trace["zmp_cmd_x"], trace["zmp_cmd_y"]])
     measured = np.column_stack([trace["zmp_x"], trace["zmp_y"]])
     assert measured[1:] == pytest.approx(commanded[:-1], abs=1e-12)
-    # And it ends at rest.
-    assert np.hypot(trace["cog_vx"][-1], trace["cog_vy"][-1]) < REST_SPEED
 
 
 @pytest.mark.parametrize("world", ["pendulum", "humanoid"])
