@@ -38,6 +38,7 @@ control = 0.01
 """
 HUMANOID = """
 description = "pushes to the back of the humanoid"
+after = 1.0 # of determinism, not of recovery: for the tests' time
 
 [axes]
 world = ["humanoid"]
