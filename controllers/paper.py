@@ -106,20 +106,21 @@ class PaperSupervisor:
         self._touch(observation)
         if self._footing.see(observation) and not self._tracking:
             self._stand()
-        regulator, tracker = self.regulator, self.tracker
-        assert regulator is not None
+        tracker = self.tracker
         assert tracker is not None
-        if not self.decisions:
-            self._note(observation, x, "start")
-        if self._tracking and tracker.finished:
+        ended = self._tracking and tracker.finished
+        if ended:
             self._tracking = False
             self._stand()
+        self._slacks = self._ask(x)
+        if not self.decisions:
+            self._note(observation, x, "start")
+        if ended:
             self._note(observation, x, "the reference has ended")
         else:
             self._choose(observation, x)
-        assert self.regulator is not None
-        self._slacks = self._ask(x)
         if not self._tracking:
+            assert self.regulator is not None
             return self._limited(self.regulator.zmp(x), observation, None)
         zmp = tracker.zmp(self.seen(x)) + self._offset
         swing = self._fly(observation, tracker)
@@ -133,7 +134,7 @@ class PaperSupervisor:
 
     def _choose(self, observation: Observation, x: Array) -> None:
         """Give the state to the tracker once it must be: in its set, or out of all sets if that is violated less."""
-        standing, stepping = self._ask(x)
+        standing, stepping = self._slacks
         held = not self._outside
         self._outside = stepping < 0.0 and (self._tracking or standing < 0.0)
         if not self._tracking and standing < 0.0 and stepping > standing:
@@ -181,7 +182,7 @@ class PaperSupervisor:
     def _note(self, observation: Observation, x: Array, why: str) -> None:
         assert self.regulator is not None
         assert self.tracker is not None
-        standing, stepping = self._ask(x)
+        standing, stepping = self._slacks
         name = f"{FIRST} foot {STRIDE:g} m ahead, the other closes, {STEP_TIME:g} s each"
         self.decisions.append(
             Decision(

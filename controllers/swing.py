@@ -71,7 +71,8 @@ class SwingFoot:
 
     def _aim(self, axis: int, goal: float, speed: float, duration: float) -> None:
         """One tick along the quintic to (goal, speed, 0) in `duration`."""
-        p, v, a = self._position[axis], self._velocity[axis], self._acceleration[axis]
+        # Plain floats: the same arithmetic on numpy's scalars takes several times as long.
+        p, v, a = self._position.item(axis), self._velocity.item(axis), self._acceleration.item(axis)
         T, t = duration, min(self._dt, duration)
         gap = goal - (p + v * T + 0.5 * a * T * T)
         gap_v = speed - (v + a * T)

@@ -34,7 +34,8 @@ class ZmpOffset:
         if self._wanted is None or not math.isfinite(measured[0]) or math.hypot(*dcm_rate) > CALM:
             return
         error = measured - self._wanted
-        self._offset = np.clip(self._offset + self._share * error, -MOST, MOST)
+        # At every tick that only stands; np.clip says the same in twice the time.
+        self._offset = np.minimum(np.maximum(self._offset + self._share * error, -MOST), MOST)
 
     def made_up(self, wanted: Array, support: SupportPolygon) -> Array:
         """(2,) what to command within the support, so that the ZMP comes to be where it is wanted (2,) [m]."""
