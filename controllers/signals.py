@@ -76,6 +76,7 @@ class FootReference:
         stance: True if the foot is to carry weight; then the rest is ignored but for `yaw`.
         position, velocity, acceleration: (3,) of the sole's middle [m, m/s, m/s^2].
         yaw: [rad].
+        feedback: whether the acceleration was found from where the foot is seen, so that nothing is to be added to it.
     """
 
     stance: bool
@@ -83,6 +84,7 @@ class FootReference:
     velocity: Array
     acceleration: Array
     yaw: float
+    feedback: bool = False
 
     @classmethod
     def standing(cls, foot: FootState, yaw: float) -> FootReference:

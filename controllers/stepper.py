@@ -34,13 +34,16 @@ class Stepper:
         landed: the foot that landed last, None before the first.
     """
 
-    def __init__(self, pendulum: Pendulum, options: SteppingOptions, rule: StepRule) -> None:
+    def __init__(
+        self, pendulum: Pendulum, options: SteppingOptions, rule: StepRule, swing: type[SwingFoot] = SwingFoot
+    ) -> None:
         """Stand on both feet.
 
         Args:
             pendulum: model and period.
             options: how to step.
             rule: decides which foot goes where.
+            swing: how a foot goes through the air.
         """
         self.flight: Flight | None = None
         self.landed: Side | None = None
@@ -48,10 +51,17 @@ class Stepper:
         self._pendulum = pendulum
         self._options = options
         self._rule = rule
+        self._swing = swing
 
     def since_landing(self, time: float) -> float:
         """How long ago a foot landed [s]; infinite before the first."""
         return time - self._landed_at
+
+    def sides(self, time: float) -> Sequence[Side]:
+        """The feet that may step next."""
+        if self.landed is not None and self.since_landing(time) < JUST_LANDED:
+            return (other(self.landed),)
+        return SIDES
 
     def lift_off(self, observation: Observation, dcm: Array, ahead: Array, footing: Footing) -> Lift:
         """Begin the best step.
@@ -62,11 +72,11 @@ class Stepper:
             ahead: (2,) the DCM that the step is chosen for [m].
             footing: where the feet stand.
         """
-        sides: Sequence[Side] = SIDES
-        if self.landed is not None and self.since_landing(observation.time) < JUST_LANDED:
-            sides = (other(self.landed),)
-        feet = footing.positions
+        feet, sides = footing.positions, self.sides(observation.time)
         lift = self._rule.lift(ahead, feet, footing.heading, sides)
+        if lift.slack < 0.0 and ahead is not dcm:
+            # The push may be over before it takes the state that far: what holds it now is worth more.
+            lift = self._rule.lift(dcm, feet, footing.heading, sides)
         swing = observation.feet[lift.side].position[:2]
         ticks = round(lift.step_time / self._pendulum.dt)
         aim = self._rule.aim(dcm, feet[other(lift.side)], swing, footing.heading, lift, ticks, lift.steps)
@@ -105,6 +115,11 @@ class Stepper:
             return ""
         return "no set holds the state" if aim.slack < 0.0 else f"the set of {aim.steps} steps holds the state"
 
+    def see(self, observation: Observation) -> None:
+        """Take notice of where the foot in the air is."""
+        if self.flight is not None:
+            self.flight.foot.see(observation.feet[self.flight.lift.side].position)
+
     def land(self, observation: Observation) -> bool:
         """Whether the foot in the air has landed, which ends the step."""
         flight = self.flight
@@ -117,7 +132,7 @@ class Stepper:
         self, observation: Observation, footing: Footing, lift: Lift, aim: Aim, *, closing: bool = False
     ) -> None:
         dt, start = self._pendulum.dt, observation.feet[lift.side].position
-        foot = SwingFoot(start, footing.heading.yaw, lift.step_time, self._options.swing_height, dt)
+        foot = self._swing(start, footing.heading.yaw, lift.step_time, self._options.swing_height, dt)
         ticks = round(lift.step_time / dt)
         self.flight = Flight(lift=lift, aim=aim, foot=foot, ticks=ticks, left=ticks, closing=closing)
         footing.lift(lift.side)

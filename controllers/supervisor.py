@@ -20,6 +20,7 @@ from controllers.step_rule_sets import SetRule
 from controllers.step_rules import Heading, Lift, SteppingOptions, StepRule
 from controllers.step_trigger import StepTrigger
 from controllers.stepper import Stepper
+from controllers.swing import SwingFoot
 from controllers.zmp_offset import ZmpOffset
 from models.arena import SIDES
 from models.robot import Robot
@@ -60,6 +61,7 @@ class Supervisor:
         options: SteppingOptions,
         rule: StepRule | None,
         promise: SetRule | None = None,
+        swing: type[SwingFoot] = SwingFoot,
     ) -> None:
         """Prepare.
 
@@ -71,11 +73,13 @@ class Supervisor:
             rule: decides the steps; None never to step.
             promise: the sets that foretell whether the steps will do; None for a controller that promises nothing. They
                 are smaller than the rule's, which asks of the feet all that they might reach.
+            swing: how a foot goes through the air.
         """
         self.robot = robot
         self.options = options
         self.rule = rule
         self._promise = promise
+        self._swing = swing
         self.pendulum = pendulum
         self._gains = tuple(gains)
         self.reset()
@@ -91,7 +95,8 @@ class Supervisor:
         self._zmp_offset = ZmpOffset(self.pendulum.dt)
         self._trigger = StepTrigger(self.pendulum.dt, self.options.early_trigger)
         self._restorer = Restorer(self.robot, self.pendulum.dt)
-        self._stepper = None if self.rule is None else Stepper(self.pendulum, self.options, self.rule)
+        rule = self.rule
+        self._stepper = None if rule is None else Stepper(self.pendulum, self.options, rule, self._swing)
         self._may_step = True
         self._slacks = (math.nan, math.nan)
 
@@ -114,8 +119,10 @@ class Supervisor:
     def command(self, observation: Observation) -> BalanceCommand:
         """Decide, then command: one control tick."""
         seen = self._see(observation)
-        if self._stepper is not None and self._stepper.land(observation):
-            self._land(seen, self._stepper)
+        if self._stepper is not None:
+            self._stepper.see(observation)
+            if self._stepper.land(observation):
+                self._land(seen, self._stepper)
         slack = self._law.slack(seen.x)
         if self._flight is None:
             self._stand(seen, slack)
@@ -143,13 +150,15 @@ class Supervisor:
         """What the sets say of the last tick's state: slack in the regulator's [m of ZMP], in the steppers' [m of DCM].
 
         The regulator's is NaN while a foot is in the air. The steppers' is that of the steps that are promised to do,
-        from the step under way or from the stance; NaN without a promise.
+        from the step under way or from the stance; NaN without a promise, or while no step may follow.
         """
-        if self._promise is None or self._seen is None:
+        if self._promise is None or self._seen is None or self._stepper is None:
             return self._slacks[0], math.nan
         flight, dcm, feet = self._flight, self._seen.dcm, self._footing.positions
         if flight is None:
-            return self._slacks[0], self._promise.lift(dcm, feet, self.heading, SIDES).slack
+            sides = self._stepper.sides(self._seen.observation.time)
+            promised = self._promise.lift(dcm, feet, self.heading, sides).slack if self._may_step else math.nan
+            return self._slacks[0], promised
         if flight.closing:
             return math.nan, math.nan
         swing = flight.foot.position[:2]

@@ -42,6 +42,13 @@ class SwingFoot:
         """(3,) where the reference is now [m]."""
         return self._position.copy()
 
+    def see(self, position: Array) -> None:
+        """Take notice of where the sole really is; this motion goes on from where it was to be.
+
+        Args:
+            position: (3,) one control period after the last one [m].
+        """
+
     def advance(self, foothold: Array, time_left: float) -> FootReference:
         """Reference for the end of this tick.
 
@@ -61,12 +68,16 @@ class SwingFoot:
             self._aim(2, 0.0, LANDING_SPEED, time_left)
         else:
             self._coast(2, SEARCH_SPEED)
+        return self._reference(feedback=False)
+
+    def _reference(self, *, feedback: bool) -> FootReference:
         return FootReference(
             stance=False,
             position=self._position.copy(),
             velocity=self._velocity.copy(),
             acceleration=self._acceleration.copy(),
             yaw=self._yaw,
+            feedback=feedback,
         )
 
     def _aim(self, axis: int, goal: float, speed: float, duration: float) -> None:

@@ -128,13 +128,14 @@ class DynamicsWholeBody:
             pose[:3, 3] = reference.position
             position.dtarget_world = reference.velocity
             position.ddtarget_world = reference.acceleration
+            position.kp, position.kd = (0.0, 0.0) if reference.feedback else SWING_POSITION
         self._feet[side].T_world_frame = pose
         if self._stance[side] is not reference.stance:
             self._stance[side] = reference.stance
             self._contacts[side].active = reference.stance
             weight = STANCE_WEIGHT if reference.stance else SWING_WEIGHT
             self._feet[side].configure(f"{side}_foot", "soft", weight, STANCE_WEIGHT)
-            position.kp, position.kd = STANCE_POSITION if reference.stance else SWING_POSITION
             orientation.kp, orientation.kd = STANCE_ORIENTATION if reference.stance else SWING_ORIENTATION
             if reference.stance:
+                position.kp, position.kd = STANCE_POSITION
                 position.dtarget_world = position.ddtarget_world = np.zeros(3)

@@ -14,6 +14,8 @@ from controllers.step_rule_polygon import PolygonRule
 from controllers.step_rule_sets import SetRule
 from controllers.step_rules import SteppingOptions, StepRule, promised, step_limits
 from controllers.supervisor import Supervisor
+from controllers.swing import SwingFoot
+from controllers.swing_feedback import SeenSwingFoot
 from models.robot import Robot
 from scenarios.schema import DcmGain, LqrGain, Scenario
 
@@ -84,7 +86,10 @@ def make_brain(scenario: Scenario, robot: Robot) -> Brain:
     else:
         rule = PolygonRule(robot, pendulum, options)
     promise = SetRule(robot, pendulum, promised(options), min(SOFTER))
-    return Supervisor(robot, pendulum, tuple(bank.values()), options, rule, promise)
+    # Inverse dynamics tells a leg what acceleration to give; the other layers send it to a place.
+    seen = scenario.world == "humanoid" and scenario.whole_body == "dynamics"
+    swing = SeenSwingFoot if seen else SwingFoot
+    return Supervisor(robot, pendulum, tuple(bank.values()), options, rule, promise, swing)
 
 
 def make_options(scenario: Scenario, robot: Robot) -> SteppingOptions:

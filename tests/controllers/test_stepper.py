@@ -1,0 +1,57 @@
+"""Steps are begun for a state that a set holds, if there is one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from controllers.footing import EDGE, Footing
+from controllers.step_rule_sets import SetRule
+from controllers.stepper import JUST_LANDED, Stepper
+from tests.controllers.sight import seen
+from tests.controllers.test_step_rules import GAIN_K, OPTIONS, PENDULUM, ROBOT
+
+HALF = 0.5 * ROBOT.stance_width
+SIGHT = seen((0.0, HALF), (0.0, -HALF))
+
+
+@pytest.fixture(scope="module")
+def rule() -> SetRule:
+    return SetRule(ROBOT, PENDULUM, OPTIONS, GAIN_K)
+
+
+def standing() -> Footing:
+    footing = Footing(ROBOT.sole_vertices["left"], EDGE)
+    footing.see(SIGHT)
+    return footing
+
+
+def test_a_step_is_chosen_for_the_state_ahead(rule: SetRule) -> None:
+    here, ahead = np.zeros(2), np.array([0.0, 0.1])
+    lift = Stepper(PENDULUM, OPTIONS, rule).lift_off(SIGHT, here, ahead, standing())
+    assert lift == rule.lift(ahead, standing().positions, standing().heading, ("left", "right"))
+    assert lift.slack >= 0.0
+
+
+def test_a_state_ahead_that_nothing_holds_is_not_stepped_for(rule: SetRule) -> None:
+    here, lost = np.array([0.0, 0.08]), np.array([0.0, 1.0])
+    feet, heading = standing().positions, standing().heading
+    assert rule.lift(lost, feet, heading, ("left", "right")).slack < 0.0
+    lift = Stepper(PENDULUM, OPTIONS, rule).lift_off(SIGHT, here, lost, standing())
+    assert lift == rule.lift(here, feet, heading, ("left", "right"))
+    assert lift.slack >= 0.0
+
+
+def test_the_foot_that_has_just_landed_stays(rule: SetRule) -> None:
+    stepper, footing, ahead = Stepper(PENDULUM, OPTIONS, rule), standing(), np.array([0.1, 0.0])
+    side = stepper.lift_off(SIGHT, ahead, ahead, footing).side
+    assert stepper.flight is not None
+    stepper.flight.left = 0
+    assert stepper.land(SIGHT)
+    other = {"left": "right", "right": "left"}[side]
+    assert list(stepper.sides(0.99 * JUST_LANDED)) == [other]
+    assert set(stepper.sides(1.01 * JUST_LANDED)) == {"left", "right"}
+    later = replace(SIGHT, time=0.5 * JUST_LANDED)
+    assert stepper.lift_off(later, ahead, ahead, footing).side == other
