@@ -27,8 +27,8 @@ from sim.world import HumanoidWorld, PushedPhysics
 Array = NDArray[np.float64]
 ActionKind = Literal["balance", "joints"]
 
-# zmp (2), then for the left and the right foot: stance, position (3), velocity (3), acceleration (3), yaw
-_FOOT = 11
+# zmp (2), then for the left and the right foot: stance, position (3), velocity (3), acceleration (3), yaw, feedback
+_FOOT = 12
 BALANCE_SIZE = 2 + 2 * _FOOT
 
 
@@ -170,7 +170,7 @@ class EnvironmentPlant:
 
 
 def balance_action(command: BalanceCommand) -> Array:
-    """A balance command as an action (24,)."""
+    """A balance command as an action (26,)."""
     action = np.empty(BALANCE_SIZE)
     action[:2] = command.zmp
     for i, side in enumerate(SIDES):
@@ -180,6 +180,7 @@ def balance_action(command: BalanceCommand) -> Array:
         action[at + 4 : at + 7] = foot.velocity
         action[at + 7 : at + 10] = foot.acceleration
         action[at + 10] = foot.yaw
+        action[at + 11] = foot.feedback
     return action
 
 
@@ -194,6 +195,7 @@ def balance_command(action: Array) -> BalanceCommand:
             velocity=action[at + 4 : at + 7].copy(),
             acceleration=action[at + 7 : at + 10].copy(),
             yaw=float(action[at + 10]),
+            feedback=bool(action[at + 11] >= 0.5),
         )
     return BalanceCommand(zmp=action[:2].copy(), feet=feet)
 
@@ -237,7 +239,8 @@ def _action_spec(kind: ActionKind, robot: Robot) -> specs.BoundedArray:
     if kind == "balance":
         low, high = np.full(BALANCE_SIZE, -np.inf), np.full(BALANCE_SIZE, np.inf)
         for at in (2, 2 + _FOOT):
-            low[at], high[at] = 0.0, 1.0
+            for switch in (at, at + 11):
+                low[switch], high[switch] = 0.0, 1.0
         return specs.BoundedArray((BALANCE_SIZE,), np.float64, low, high, name="zmp_and_feet")
     size = 3 * len(robot.joint_names)
     return specs.BoundedArray((size,), np.float64, np.full(size, -np.inf), np.full(size, np.inf), name="joint_targets")

@@ -44,12 +44,12 @@ class TestConformance(test_utils.EnvironmentTestMixin, absltest.TestCase):
 
 def _standing() -> np.ndarray:
     robot = load_robot("utmu2")
-    action = np.zeros(24)
+    action = np.zeros(26)
     for i, side in enumerate(("left", "right")):
         x, y, yaw = robot.sole_stance[side]
-        action[2 + 11 * i] = 1.0
-        action[3 + 11 * i : 5 + 11 * i] = x, y
-        action[12 + 11 * i] = yaw
+        action[2 + 12 * i] = 1.0
+        action[3 + 12 * i : 5 + 12 * i] = x, y
+        action[12 + 12 * i] = yaw
     return action
 
 
