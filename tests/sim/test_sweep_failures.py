@@ -41,13 +41,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> pa.Table:
 
 def started(folder: Path, out: Path) -> subprocess.Popen[bytes]:
     code = "import sys; from tests.sim.test_sweep_failures import sweep_in_processes; sweep_in_processes(*sys.argv[1:])"
-    command = [sys.executable, "-c", code, folder, out]
-    # Whoever runs the tests in the background of a shell ignores Ctrl-C, and hands that down.
-    heed = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        return subprocess.Popen(command, cwd=HOUSE, env=os.environ | {"PYTHONPATH": str(HOUSE)}, start_new_session=True)
-    finally:
-        signal.signal(signal.SIGINT, heed)
+    # Whoever runs the tests in the background of a shell ignores Ctrl-C, and would hand that down.
+    command = ["env", "--default-signal=INT", sys.executable, "-c", code, folder, out]
+    return subprocess.Popen(command, cwd=HOUSE, env=os.environ | {"PYTHONPATH": str(HOUSE)}, start_new_session=True)
 
 
 def sweep_in_processes(folder: str, out: str) -> None:
