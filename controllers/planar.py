@@ -108,7 +108,7 @@ def hull(points: Iterable[tuple[float, float]]) -> Points:
     chain += _half_hull(ordered)
     chain.pop()
     while len(chain) > 2:
-        least, flattest, start = math.inf, 0, 0
+        least, flattest = math.inf, 0
         (ax, ay), (bx, by) = chain[-2], chain[-1]
         for i, (cx, cy) in enumerate(chain, -1):
             turn = (bx - ax) * (cy - by) - (by - ay) * (cx - bx)

@@ -17,7 +17,7 @@ from sim.results import read_results
 from sim.sweep import run_sweep
 from sim.thresholds import thresholds
 from sim.trace import Trace
-from sim.video import missing_renderer
+from tests.sim.renderer import needs_renderer
 from tests.sim.sweep_suites import HERE, suite
 from tests.sim.sweep_tables import STEP, adaptive, row, threshold_law
 
@@ -85,10 +85,8 @@ def test_steps_that_restore_the_stance_are_no_answer() -> None:
     assert answered(trace, 3.0) == 3.0
 
 
+@needs_renderer
 def test_films_are_made_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    note = missing_renderer()
-    if note is not None:
-        pytest.skip(note)
     run_sweep(suite(tmp_path, SMALL), tmp_path / "out", HERE)
     target = tmp_path / "films"
     call("hardest", tmp_path / "out", "--out", target)

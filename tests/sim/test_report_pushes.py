@@ -11,15 +11,13 @@ from scenarios.catalogue import load
 from sim.film_strip import FRAMES
 from sim.report import REPORT, write_report
 from sim.report_failures import film_strip
-from sim.video import missing_renderer
+from tests.sim.renderer import needs_renderer
 from tests.sim.sweep_tables import adaptive, folder_of, row, threshold_law
 from tests.sim.test_report import LIMITS, call
 
 
+@needs_renderer
 def test_failure_is_run_again_and_filmed() -> None:
-    note = missing_renderer()
-    if note is not None:
-        pytest.skip(note)
     pushes = [{"start": 0.2, "duration": 0.1, "direction": 0.0, "delta_v": 2.0}]
     scenario = load("push_left", {"world": "pendulum", "controller": "regulator", "duration": 3.0, "pushes": pushes})
     one = row(lambda _: False, world="pendulum") | {"scenario": json.dumps(scenario.as_dict())}
@@ -36,10 +34,8 @@ def test_failure_is_run_again_and_filmed() -> None:
 
 
 @pytest.mark.parametrize(("train", "first_moment"), [(2, -0.1), (None, -0.1 - 1.0)])
+@needs_renderer
 def test_strip_begins_at_the_pushes_that_the_row_is_about(train: int | None, first_moment: float) -> None:
-    note = missing_renderer()
-    if note is not None:
-        pytest.skip(note)
     pushes = [
         {"start": 0.2, "duration": 0.1, "direction": 0.0, "delta_v": 0.05},
         {"start": 1.2, "duration": 0.1, "direction": 0.0, "delta_v": 2.0},

@@ -16,15 +16,14 @@ import pytest
 from models.arena import build_arena
 from models.errors import InputError
 from sim.palette import COG, DCM, PUSH, SUPPORT, ZMP, rgb
-from sim.video import missing_renderer, render_episode
+from sim.video import render_episode
+from tests.sim.renderer import needs_renderer
 from tests.sim.still_traces import ROBOT, during, scenario, still_trace
 
 WIDTH, HEIGHT = 640, 480
 # Light, antialiasing and the halved colour resolution of H.264 change a mark by up to about this much a channel;
 # the colours of the palette are farther than twice that from each other and from robot and floor.
 COLOUR = 60
-
-films = pytest.mark.skipif(missing_renderer() is not None, reason=str(missing_renderer()))
 
 
 def film(trace: Any, folder: Path, **options: Any) -> tuple[np.ndarray, dict[str, Any]]:
@@ -54,7 +53,7 @@ def shows(frame: np.ndarray, place: tuple[int, int], colour: str) -> bool:
     return bool((np.abs(near - rgb(colour)).max(axis=-1) < COLOUR).any())
 
 
-@films
+@needs_renderer
 def test_marks_are_drawn_where_they_are(tmp_path: Path) -> None:
     run = scenario(duration=0.3, pushes=[{"start": 0.1, "duration": 0.1, "direction": 90, "impulse": 3.0}])
     force = during(run, 0.1, 0.2, 30.0)
@@ -90,7 +89,7 @@ def test_marks_are_drawn_where_they_are(tmp_path: Path) -> None:
     assert not shows(pushed, pixel([0, 0.15 * length, 0.35]), PUSH)
 
 
-@films
+@needs_renderer
 def test_the_arrow_fades_after_the_push(tmp_path: Path) -> None:
     run = scenario(duration=0.7, pushes=[{"start": 0.0, "duration": 0.1, "direction": 90, "impulse": 3.0}])
     frames, _ = film(still_trace(run, push_fy=during(run, 0.0, 0.1, 30.0), push_z=0.35), tmp_path, fps=10)
@@ -103,7 +102,7 @@ def test_the_arrow_fades_after_the_push(tmp_path: Path) -> None:
     assert purple[5] == purple[6] < 12
 
 
-@films
+@needs_renderer
 def test_support_is_what_carries_weight(tmp_path: Path) -> None:
     run = scenario(duration=0.2)
     lifted = during(run, 0.1, 0.2, 1.0) < 0.5
@@ -116,7 +115,7 @@ def test_support_is_what_carries_weight(tmp_path: Path) -> None:
     assert change[1] > 30
 
 
-@films
+@needs_renderer
 def test_words_tell_who_is_in_charge(tmp_path: Path) -> None:
     run = scenario(duration=0.2)
     tracker = during(run, 0.1, 0.2, 1.0)
@@ -128,7 +127,7 @@ def test_words_tell_who_is_in_charge(tmp_path: Path) -> None:
     assert green[3] > 500
 
 
-@films
+@needs_renderer
 def test_the_camera_follows_the_robot(tmp_path: Path) -> None:
     run = scenario(duration=0.05)
     here, _ = film(still_trace(run), tmp_path, fps=20, camera="side")
@@ -138,7 +137,7 @@ def test_the_camera_follows_the_robot(tmp_path: Path) -> None:
     assert (np.abs(here[0].astype(int) - moved[0]).max(axis=-1) > COLOUR).mean() < 2e-3
 
 
-@films
+@needs_renderer
 def test_a_pendulum_is_a_ball_on_a_rod_over_soles(tmp_path: Path) -> None:
     run = scenario(duration=0.05, world="pendulum")
     frames, _ = film(still_trace(run, zmp_x=0.03, right_force=0.0, right_z=0.03), tmp_path, fps=20)
@@ -154,7 +153,7 @@ def test_a_pendulum_is_a_ball_on_a_rod_over_soles(tmp_path: Path) -> None:
     assert abs(floor[2] - floor[0]) < 12
 
 
-@films
+@needs_renderer
 @pytest.mark.parametrize(("fps", "slow", "frames"), [(30, 1.0, 8), (30, 2.0, 15), (60, 0.5, 8)])
 def test_frames_follow_from_time_fps_and_slow(tmp_path: Path, fps: int, slow: float, frames: int) -> None:
     seen: list[float] = []
@@ -166,7 +165,7 @@ def test_frames_follow_from_time_fps_and_slow(tmp_path: Path, fps: int, slow: fl
     assert seen[-1] == 1.0
 
 
-@films
+@needs_renderer
 def test_a_film_that_fails_leaves_what_was_there(tmp_path: Path) -> None:
     path = tmp_path / "film.mp4"
     path.write_bytes(b"older film")
