@@ -26,6 +26,8 @@ class StepLimits:
         min_width, max_width: lateral distance of the feet [m], to the foot's own side: never crossed.
         stance_width: natural lateral distance [m], kept where the state leaves the choice.
         swing_speed: largest mean horizontal speed of a foot in the air [m/s].
+        swing_acceleration: largest horizontal acceleration of a foot that swings from rest to rest [m/s^2]; without
+            one it is at full speed at once, as a foot is that swings already.
     """
 
     max_stride: float
@@ -33,12 +35,21 @@ class StepLimits:
     max_width: float
     stance_width: float
     swing_speed: float
+    swing_acceleration: float = math.inf
 
     def __post_init__(self) -> None:
         values = (self.max_stride, self.min_width, self.max_width, self.stance_width, self.swing_speed)
         ordered = 0.0 < self.min_width <= self.stance_width <= self.max_width
-        if not (all(map(math.isfinite, values)) and ordered and self.max_stride >= 0 < self.swing_speed):
+        quick = self.swing_speed > 0.0 and self.swing_acceleration > 0.0
+        if not (all(map(math.isfinite, values)) and ordered and self.max_stride >= 0.0 and quick):
             raise PlanningError(f"step limits must be positive with min <= stance <= max width, got {self}")
+
+    def swing_reach(self, time: float) -> float:
+        """How far a foot swings in a time [s] at most [m]: half of it speeding up, half of it braking."""
+        reach = self.swing_speed * time
+        if math.isinf(self.swing_acceleration):
+            return reach
+        return min(reach, 0.25 * self.swing_acceleration * time**2)
 
 
 def _axes(yaw: float) -> np.ndarray:
@@ -66,7 +77,7 @@ def reach_rows(
     for i, side in enumerate(swing):
         stance = feet[other(side)]
         axes, (low, high) = _axes(stance.yaw), _box(side, limits)
-        radius = limits.swing_speed * ticks[i] * dt * math.cos(math.pi / 8)
+        radius = limits.swing_reach(ticks[i] * dt) * math.cos(math.pi / 8)
         box, circle = slice(6 * i, 6 * i + 2), slice(6 * i + 2, 6 * i + 6)
         rows[box, 2 * i : 2 * i + 2] = axes
         rows[circle, 2 * i : 2 * i + 2] = _OCTAGON

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -171,9 +171,7 @@ def reference_library(
     inputs = {
         "format": np.array([_FORMAT]),
         "numbers": np.array([pendulum.omega, pendulum.dt, margin, settle_time]),
-        "limits": np.array(
-            [limits.max_stride, limits.min_width, limits.max_width, limits.stance_width, limits.swing_speed]
-        ),
+        "limits": np.array(astuple(limits)),
         "F": gain.F,
         "swings": np.array([SIDES.index(side) for side in grid.swings]),
     }

@@ -1,8 +1,15 @@
-"""Steps by the N-step MOA sets: the fewest steps whose set holds the state, and among those the largest slack."""
+"""Steps by the N-step MOA sets: the fewest steps whose set holds the state, and among those the largest slack.
+
+Which foot goes, and for how long, is asked of sets whose feet start at rest, as the foot does that is to be lifted: a
+short step gains time, but how far it goes grows with the square of its time. Once the foot flies it is fast, and where
+it lands is asked of sets without a limit on its acceleration.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -27,7 +34,8 @@ class SetRule:
     """Decides by membership.
 
     Attributes:
-        sets: the N-step sets of the robot's feet.
+        sets: the N-step sets of the robot's feet, with one of them under way.
+        lift_sets: those with both on the floor.
     """
 
     def __init__(self, robot: Robot, pendulum: Pendulum, options: SteppingOptions, gain_k: float) -> None:
@@ -39,15 +47,18 @@ class SetRule:
             options: how it steps.
             gain_k: DCM gain of the regulator that takes over after the last step.
         """
-        self.sets = _sets(
-            pendulum.omega,
-            pendulum.dt,
-            gain_k,
-            tuple(map(tuple, robot.sole_vertices["left"].tolist())),
-            options.limits,
-            options.step_times,
-            options.max_steps,
-            options.zmp_margin,
+        self.sets, self.lift_sets = (
+            _sets(
+                pendulum.omega,
+                pendulum.dt,
+                gain_k,
+                tuple(map(tuple, robot.sole_vertices["left"].tolist())),
+                limits,
+                options.step_times,
+                options.max_steps,
+                options.zmp_margin,
+            )
+            for limits in (replace(options.limits, swing_acceleration=math.inf), options.limits)
         )
 
     def lift(self, dcm: Array, feet: Mapping[Side, Array], heading: Heading, sides: Sequence[Side]) -> Lift:
@@ -56,8 +67,8 @@ class SetRule:
         for side in sides:
             stance = feet[other(side)]
             point, foot = heading.local(dcm, stance), heading.local(feet[side], stance)
-            for time in self.sets.step_times:
-                slacks = self.sets.slacks(point, other(side), time, foot, time)
+            for time in self.lift_sets.step_times:
+                slacks = self.lift_sets.slacks(point, other(side), time, foot, time)
                 steps = _fewest(slacks, 0.0)
                 found.append((steps, float(slacks[steps - 1]), side, time))
         holding = [option for option in found if option[1] >= 0.0]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from controllers.footholds import StepLimits
 from controllers.signals import Candidate
+from controllers.swing_feedback import MOST_ACCELERATION
 from models.robot import Robot, Side
 
 Array = NDArray[np.float64]
@@ -63,6 +64,7 @@ def step_limits(robot: Robot, max_stride: float) -> StepLimits:
         stance_width=robot.stance_width,
         # A straight leg that swings about the hip at the no-load speed of its slowest motor.
         swing_speed=float(robot.no_load_speed.min()) * robot.leg_length,
+        swing_acceleration=MOST_ACCELERATION,
     )
 
 

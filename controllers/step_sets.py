@@ -102,7 +102,7 @@ class StepSets:
         last, more = self.tables.boxes[stance], self.table(stance, step_time).box
         if swing is None:
             return last, more
-        x, y, radius = float(swing[0]), float(swing[1]), self.limits.swing_speed * self.pendulum.dt * ticks
+        x, y, radius = float(swing[0]), float(swing[1]), self.limits.swing_reach(self.pendulum.dt * ticks)
         reach = within(last, x, y, radius)
         return reach, reach if last == more else within(more, x, y, radius)
 
@@ -142,7 +142,7 @@ class StepSets:
         count = round(step_time / self.pendulum.dt) + 1
         decay = self.tables.decay[:count]
         point = np.asarray(dcm, dtype=float)
-        radius = self.limits.swing_speed * self.pendulum.dt * np.arange(count)
+        radius = np.array([self.limits.swing_reach(self.pendulum.dt * ticks) for ticks in range(count)])
         last, more = self.tables.boxes[stance], table.box
         boxes = _phases(last, swing, radius)
         slacks = np.empty((self.max_steps, count))

@@ -195,7 +195,7 @@ class _Builder:
 
     def _stances(self, ticks: int, landing: np.ndarray) -> list[tuple[tuple[Side, int], StanceTable]]:
         steps, limits = self._model.max_steps, self._limits
-        reach = limits.swing_speed * self._model.pendulum.dt * ticks
+        reach = limits.swing_reach(self._model.pendulum.dt * ticks)
         # Any of these footholds can follow any of them: the foot swings from one stance to the next but one.
         stride, wide = min(limits.max_stride, 0.5 * reach), min(limits.max_width, limits.min_width + reach)
         boxes = {side: box_of(side, stride, limits.min_width, wide) for side in SIDES}

@@ -180,7 +180,7 @@ def _broken(question: Question, witness: Witness, sets: StepSets) -> float:
         worst = max(worst, float(np.abs(pendulum.dcm(x) - landing).max()))
         reach = _rectangle(limits, stance)
         if swing is not None:
-            reach = within(reach, float(swing[0]), float(swing[1]), limits.swing_speed * pendulum.dt * ticks)
+            reach = within(reach, float(swing[0]), float(swing[1]), limits.swing_reach(pendulum.dt * ticks))
         step = foothold - place
         worst = max(worst, float(np.max(reach[0] - step)), float(np.max(step - reach[1])))
         place, swing, stance, ticks = foothold, -step, other(stance), round(question.step_time / pendulum.dt)

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 # The time to a goal counts for no less than this [s]: the last bit of a late foot's way would ask for anything.
 SHORTEST = 0.03
 # No more than this is asked for in any direction [m/s^2], some 6 g.
-MOST = 60.0
+MOST_ACCELERATION = 60.0
 
 
 class SeenSwingFoot(SwingFoot):
@@ -52,7 +52,7 @@ class SeenSwingFoot(SwingFoot):
         else:
             rise = (SEARCH_SPEED - self._velocity.item(2)) / SHORTEST
         asked = np.array([self._toward(0, x, 0.0, landing), self._toward(1, y, 0.0, landing), rise])
-        self._acceleration = asked.clip(-MOST, MOST)
+        self._acceleration = asked.clip(-MOST_ACCELERATION, MOST_ACCELERATION)
         self._position = self._position + (self._velocity + 0.5 * self._dt * self._acceleration) * self._dt
         self._velocity = self._velocity + self._acceleration * self._dt
         return self._reference(feedback=True)

@@ -108,7 +108,7 @@ def _stepping(brain: Supervisor | PaperSupervisor, x: Array) -> Polytope | None:
         return None
     regulator, lift = brain.regulator, brain.best_step(x)
     assert regulator is not None
-    stance, sets, heading = other(lift.side), brain.rule.sets, brain.heading
+    stance, sets, heading = other(lift.side), brain.rule.lift_sets, brain.heading
     origin = regulator.feet[stance].position
     swing = heading.local(regulator.feet[lift.side].position, origin)
     polygon = sets.polygon(lift.steps, stance, lift.step_time, swing, step_time=lift.step_time)

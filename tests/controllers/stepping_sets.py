@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from controllers.step_sets import step_sets
-from tests.controllers.stepping_plane import DIAMOND, LIMITS, OCTAGON, PENDULUM, SLOW, SOLE
+from tests.controllers.stepping_plane import DIAMOND, HEAVY, LIMITS, OCTAGON, PENDULUM, SLOW, SOLE
 
 TIMES = (0.15, 0.2)
 NOMINAL = step_sets(PENDULUM, 1.5, SOLE, LIMITS, TIMES, 4, edge=0.002)
@@ -19,6 +19,8 @@ SETS = {
     "octagon": step_sets(PENDULUM, 1.5, OCTAGON, SLOW, TIMES, 3, edge=0.003),
     "sideways": step_sets(PENDULUM, 2.0, SOLE, replace(LIMITS, max_stride=0.0), TIMES, 3),
 }
+# Its questions are of feet at rest: of one that flies it knows too little to be asked anew.
+LIFTING = step_sets(PENDULUM, 1.5, SOLE, HEAVY, TIMES, 3, edge=0.002)
 WITHSTANDING = {
     "rectangle": ROBUST,
     "diamond": step_sets(PENDULUM, 2.5, DIAMOND, LIMITS, TIMES, 3, zmp_error=0.002),

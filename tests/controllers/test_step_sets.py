@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from controllers.gait_program import PlanningError
 from controllers.planar import edge_lengths, supports
 from controllers.polytope import Polytope
 from controllers.robust import EmptySetError
@@ -82,8 +83,8 @@ def test_mirrored_sides_have_mirrored_sets() -> None:
 @pytest.mark.parametrize("steps", [1, 2, 4])
 def test_sets_shrink_with_every_restriction(steps: int) -> None:
     def built(**changed: float) -> Polytope:
-        given = {"max_stride": 0.2, "edge": 0.002, "zmp_error": 0.0, "swing_speed": 4.0} | changed
-        limits = replace(LIMITS, max_stride=given["max_stride"], swing_speed=given["swing_speed"])
+        given = {"edge": 0.002, "zmp_error": 0.0} | changed
+        limits = replace(LIMITS, **{name: value for name, value in changed.items() if hasattr(LIMITS, name)})
         sets = step_sets(PENDULUM, 1.5, SOLE, limits, TIMES, steps, edge=given["edge"], zmp_error=given["zmp_error"])
         return sets.polygon(steps, "right", 0.1, SWING["right"], step_time=0.15)
 
@@ -92,6 +93,7 @@ def test_sets_shrink_with_every_restriction(steps: int) -> None:
         ("edge", (0.0, 0.004, 0.01)),
         ("zmp_error", (0.0, 0.002, 0.004)),
         ("swing_speed", (4.0, 1.0, 0.3)),
+        ("swing_acceleration", (math.inf, 40.0, 10.0)),
     ):
         nested = [built(**{name: value}) for value in values]
         for outer, inner in pairwise(nested):
@@ -172,3 +174,16 @@ def test_what_cannot_be_asked_is_said_in_one_line() -> None:
     ):
         with pytest.raises(InputError, match="margin"):
             NOMINAL.foothold(dcm, "left", 0.1, swing, 0.15, 1, toward=wanted, margin=margin)
+
+
+def test_a_foot_with_inertia_swings_as_far_as_half_speeding_up_and_half_braking_takes_it() -> None:
+    limits = replace(LIMITS, swing_speed=3.0, swing_acceleration=50.0)
+    dt, time = 1e-4, 0.15
+    half = round(0.5 * time / dt)
+    speed = np.concatenate((np.arange(half), np.arange(half, 0, -1))) * 50.0 * dt
+    assert limits.swing_reach(time) == pytest.approx(dt * speed.sum(), rel=1e-9)
+    # A long swing is limited by its mean speed, and one without inertia always.
+    assert limits.swing_reach(0.4) == pytest.approx(1.2)
+    assert replace(limits, swing_acceleration=math.inf).swing_reach(time) == pytest.approx(0.45)
+    with pytest.raises(PlanningError):
+        replace(limits, swing_acceleration=0.0)

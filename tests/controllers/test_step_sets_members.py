@@ -11,8 +11,18 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from controllers.step_sets import step_sets
-from tests.controllers.stepping_plane import LIMITS, PENDULUM, best_by_program, best_of_sequences, draw, recovers, rim
-from tests.controllers.stepping_sets import NOMINAL, ROBUST, SETS, SOLVER, WITHSTANDING
+from models.robot import other
+from tests.controllers.stepping_plane import (
+    LIMITS,
+    PENDULUM,
+    best_by_program,
+    best_of_sequences,
+    both_feet,
+    draw,
+    recovers,
+    rim,
+)
+from tests.controllers.stepping_sets import LIFTING, NOMINAL, ROBUST, SETS, SOLVER, WITHSTANDING
 
 
 @pytest.mark.parametrize("name", SETS)
@@ -52,6 +62,43 @@ def test_one_program_over_all_zmps_and_footholds_agrees(name: str) -> None:
         steps, stance, ticks, swing, time = draw(sets, rng)
         dcm = rim(sets, (steps, stance, ticks * PENDULUM.dt, swing, time), rng, inside)
         assert (best_by_program(sets, (steps, stance, ticks, swing, time), dcm) > 0.0) == (inside > 0.0)
+
+
+def test_steps_decided_at_their_lift_off_recover_from_every_member_for_feet_with_inertia() -> None:
+    rng, sets = np.random.default_rng(10), LIFTING
+    most, far = LIFTING.limits.swing_acceleration, 0
+    for _ in range(20):
+        steps, stance, _, swing, time = draw(sets, rng)
+        _, more = sets.boxes(stance, 0, None, time)
+        swing, ticks, place, worst = np.clip(swing, *more), round(time / PENDULUM.dt), np.zeros(2), math.inf
+        x = np.zeros(4)
+        x[1::2] = PENDULUM.omega * rim(sets, (steps, stance, time, swing, time), rng, 1e-6)
+        for left in range(steps, 0, -1):
+            step = sets.foothold(PENDULUM.dcm(x) - place, stance, time, swing, time, left, toward=swing, margin=0.0)
+            # A quarter of a T^2: half of the time it speeds up, half of it brakes.
+            way = np.abs(step.position - swing).max() / (0.25 * most * time**2)
+            assert way <= 1.0 + SOLVER
+            far += way > 0.99
+            for _ in range(ticks):
+                worst = min(worst, sets.sole.slack(step.zmp))
+                x = PENDULUM.step(x, place + step.zmp)
+            place, swing, stance = place + step.position, -step.position, other(stance)
+        support, centre = both_feet(sets, swing).moved(place), place + 0.5 * swing
+        for _ in range(200):
+            zmp = centre + sets.gain_k * (PENDULUM.dcm(x) - centre)
+            worst = min(worst, support.slack(zmp))
+            x = PENDULUM.step(x, zmp)
+        assert worst >= -SOLVER
+    assert far >= 5
+
+
+def test_one_program_agrees_for_feet_with_inertia() -> None:
+    rng = np.random.default_rng(11)
+    for inside in (1e-6, 1e-3, -1e-6, -1e-3) * 6:
+        steps, stance, _, swing, time = draw(LIFTING, rng)
+        dcm = rim(LIFTING, (steps, stance, time, swing, time), rng, inside)
+        ticks = round(time / PENDULUM.dt)
+        assert (best_by_program(LIFTING, (steps, stance, ticks, swing, time), dcm) > 0.0) == (inside > 0.0)
 
 
 @pytest.mark.parametrize("name", WITHSTANDING)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from controllers.swing import LANDING_SPEED, SEARCH_SPEED
-from controllers.swing_feedback import MOST, SHORTEST, SeenSwingFoot
+from controllers.swing_feedback import MOST_ACCELERATION, SHORTEST, SeenSwingFoot
 
 DT, DURATION, HEIGHT = 0.001, 0.3, 0.03
 START, GOAL = np.array([0.0, 0.042, 0.0]), np.array([0.12, 0.05])
@@ -46,7 +46,7 @@ def test_it_lands_near_the_foothold_on_the_floor_and_in_time() -> None:
 def test_a_foot_that_is_held_is_asked_for_what_the_rest_of_its_way_takes() -> None:
     for k, reference in enumerate(fly(share=0.0)):
         needed = 6.0 * (GOAL - START[:2]) / max(DURATION - k * DT, SHORTEST) ** 2
-        assert reference.acceleration[:2] == pytest.approx(needed.clip(-MOST, MOST), rel=1e-9)
+        assert reference.acceleration[:2] == pytest.approx(needed.clip(-MOST_ACCELERATION, MOST_ACCELERATION), rel=1e-9)
 
 
 def test_legs_of_half_the_strength_bring_it_most_of_the_way() -> None:
@@ -56,8 +56,8 @@ def test_legs_of_half_the_strength_bring_it_most_of_the_way() -> None:
 def test_no_way_asks_for_more_than_the_most() -> None:
     short = fly(duration=0.06, ticks=60)
     asked = np.array([reference.acceleration for reference in short])
-    assert np.abs(asked).max() == MOST
-    assert MOST < 6.0 * 0.12 / 0.06**2  # which is what it would take
+    assert np.abs(asked).max() == MOST_ACCELERATION
+    assert MOST_ACCELERATION < 6.0 * 0.12 / 0.06**2  # which is what it would take
 
 
 def test_a_late_step_looks_for_the_floor() -> None:
