@@ -23,7 +23,7 @@ CLEARANCE = 0.004
 HIP_TRAVEL = 0.5  # as a share of the leg's own reach
 # What is counted on when a recovery is foretold, as a share of `swing_speed`. Less makes false alarms, more calls
 # pushes safe that fell the humanoid; fitted on seeds from 1000, which no reported suite uses, and scored by `truth`.
-PROMISED_SPEED = 0.58
+PROMISED_SPEED = 0.72
 # A landed foot likes to be this far outside of the DCM, so that the DCM comes to rest between the feet [m].
 OUTWARDS = 0.04
 

@@ -126,7 +126,7 @@ class Stepping(Strict):
     max_steps: int = Field(default=8, ge=1, le=20)
     zmp_margin: NotNegative = 0.008
     max_stride: Positive = 0.28
-    swing_height: Positive = 0.02
+    swing_height: Positive = 0.025
     replan: bool = True
     early_trigger: NotNegative = 0.1
     angular_momentum: bool = True
