@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from controllers.signals import FootReference
 from controllers.step_rules import Aim, Lift
 from controllers.swing import SwingFoot
 from models.robot import Side, other
+
+Array = NDArray[np.float64]
 
 # A swing foot has landed when it carries this [N], but not in the first half of its step, when it may still scrape.
 TOUCHDOWN_FORCE = 4.0
@@ -36,6 +41,7 @@ class Flight:
         ticks: control periods of the whole step.
         left: control periods until landing; 0 once it is late.
         closing: whether it only brings the feet together, with the body at rest over the other one.
+        before: (2,) where the foot was when the present tick began [m], and the control periods left then.
     """
 
     lift: Lift
@@ -44,6 +50,10 @@ class Flight:
     ticks: int
     left: int
     closing: bool
+    before: tuple[Array, int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.before = self.foot.position[:2], self.left
 
     @property
     def stance(self) -> Side:
@@ -63,6 +73,7 @@ class Flight:
 
     def advance(self, dt: float) -> FootReference:
         """Reference of the foot for the end of this tick, of `dt` [s]."""
+        self.before = self.foot.position[:2], self.left
         reference = self.foot.advance(self.aim.foothold, self.left * dt)
         self.left = max(self.left - 1, 0)
         return reference

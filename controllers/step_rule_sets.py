@@ -72,11 +72,13 @@ class SetRule:
                 steps = _fewest(slacks, 0.0)
                 found.append((steps, float(slacks[steps - 1]), side, time))
         holding = [option for option in found if option[1] >= 0.0]
-        fewest = min((option[0] for option in holding), default=None)
-        steps, slack, side, time = max(
-            (option for option in found if fewest is None or (option[1] >= 0.0 and option[0] == fewest)),
-            key=lambda option: option[1],
-        )
+        if holding:
+            fewest = min(option[0] for option in holding)
+            choice = [option for option in holding if option[0] == fewest]
+        else:
+            # A foot that is faster than that might still do: no step is taken from which it could not.
+            choice = [option for option in found if self._may_do(option[2:], dcm, feet, heading)] or found
+        steps, slack, side, time = max(choice, key=lambda option: option[1])
         candidates = tuple(Candidate(name=plan_name(s, t, n), slack=gap) for n, gap, s, t in found)
         return Lift(side=side, step_time=time, steps=steps, slack=slack, candidates=candidates)
 
@@ -105,6 +107,13 @@ class SetRule:
         point, foot = heading.local(dcm, stance), heading.local(swing, stance)
         left = ticks_left * sets.pendulum.dt
         return float(sets.slacks(point, other(lift.side), left, foot, lift.step_time).max())
+
+    def _may_do(self, step: tuple[Side, float], dcm: Array, feet: Mapping[Side, Array], heading: Heading) -> bool:
+        """Whether a set holds the state that asks all of the foot."""
+        side, time = step
+        stance = feet[other(side)]
+        point, foot = heading.local(dcm, stance), heading.local(feet[side], stance)
+        return bool(self.sets.slacks(point, other(side), time, foot, time).max() >= 0.0)
 
 
 def plan_name(side: Side, step_time: float, steps: int) -> str:

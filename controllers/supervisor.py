@@ -161,8 +161,8 @@ class Supervisor:
             return self._slacks[0], promised
         if flight.closing:
             return math.nan, math.nan
-        swing = flight.foot.position[:2]
-        return math.nan, self._promise.slack(dcm, feet[flight.stance], swing, self.heading, flight.lift, flight.left)
+        swing, left = flight.before
+        return math.nan, self._promise.slack(dcm, feet[flight.stance], swing, self.heading, flight.lift, left)
 
     def best_step(self, x: Array) -> Lift:
         """The step that would be taken from the latest stance in a state (4,); changes nothing."""
