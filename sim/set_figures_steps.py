@@ -37,7 +37,8 @@ def draw_step_sets(robot: Robot) -> tuple[Figure, list[dict[str, Any]]]:
     Returns:
         The figure, and steps, time_left [s], area [m^2] and rows of every set in it.
     """
-    sets = _default_sets(robot)
+    rule = _default_rule(robot)
+    sets = rule.sets
     step_time = sets.step_times[len(sets.step_times) // 2]
     counts = sorted({*(n for n in _SHOWN if n <= sets.max_steps), sets.max_steps})
     colours = dict(zip(counts, colormaps["viridis"](np.linspace(0.85, 0.0, len(counts))), strict=True))
@@ -48,6 +49,7 @@ def draw_step_sets(robot: Robot) -> tuple[Figure, list[dict[str, Any]]]:
     facts = []
     for axes, (share, ahead) in zip(panels, _MOMENTS, strict=True):
         left = sets.pendulum.dt * round(share * step_time / sets.pendulum.dt)
+        sets = rule.lift_sets if share == 1.0 else rule.sets
         swing = np.array([ahead * sets.limits.max_stride, sets.limits.stance_width])
         for steps in reversed(counts):
             polygon = sets.polygon(steps, _STANCE, left, swing, step_time=step_time)
@@ -82,17 +84,18 @@ def draw_step_sets(robot: Robot) -> tuple[Figure, list[dict[str, Any]]]:
                 weight="bold")  # fmt: skip
     setting = (
         f"{robot.name}; steps of {step_time:g} s, stride up to {sets.limits.max_stride:g} m, feet up to "
-        f"{sets.limits.swing_speed:.2g} m/s; ZMP {1e3 * _margin(robot, sets):.0f} mm inside the soles"
+        f"{sets.limits.swing_speed:.2g} m/s, at lift-off by {rule.lift_sets.limits.swing_acceleration:.0f} m/s^2 from "
+        f"rest; ZMP {1e3 * _margin(robot, sets):.0f} mm inside the soles"
     )
     figure.text(0.02, 0.912, setting, fontsize=11, color="#505050")
     return figure, facts
 
 
-def _default_sets(robot: Robot) -> StepSets:
+def _default_rule(robot: Robot) -> SetRule:
     brain = make_brain(Scenario(description="default stepping", world="pendulum"), robot)
     assert isinstance(brain, Supervisor)
     assert isinstance(brain.rule, SetRule)
-    return brain.rule.sets
+    return brain.rule
 
 
 def _margin(robot: Robot, sets: StepSets) -> float:

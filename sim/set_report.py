@@ -77,7 +77,7 @@ def standing(scenario: Scenario, robot: Robot) -> tuple[Supervisor, StepSets]:
     assert isinstance(supervisor, Supervisor)
     assert isinstance(supervisor.rule, SetRule)
     supervisor.command(PendulumPlant(quiet, robot).observe())
-    return supervisor, supervisor.rule.sets
+    return supervisor, supervisor.rule.lift_sets
 
 
 def _direction(supervisor: Supervisor, sets: StepSets, direction: float) -> dict[str, Any]:
