@@ -73,7 +73,7 @@ def test_defaults_are_those_of_the_format(tmp_path: Path) -> None:
             "max_steps": 8,
             "zmp_margin": 0.008,
             "max_stride": 0.28,
-            "swing_height": 0.02,
+            "swing_height": 0.025,
             "replan": True,
             "early_trigger": 0.1,
             "angular_momentum": True,
