@@ -132,4 +132,6 @@ def _order(value: Any) -> tuple[int, float, str]:
         return 0, 0.0, ""
     if isinstance(value, bool | int | float):
         return 1, float(value), ""
-    return 2, 0.0, str(value)
+    if isinstance(value, tuple) and value and isinstance(value[0], int | float):
+        return 2, float(value[0]), str(value)  # a range, by its lower end
+    return 3, 0.0, str(value)

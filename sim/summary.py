@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -185,7 +186,9 @@ def _labelled(rows: Sequence[Row], columns: Sequence[str]) -> list[Row]:
         known = [value for value in values if value is not None]
         if len(set(known)) <= _MOST_VALUES:
             continue
-        edges = np.round(np.linspace(min(known), max(known), _RANGES + 1), 6)
+        low, high = min(known), max(known)
+        # Two digits of a range's width; what rounding leaves beyond an end belongs to the range there.
+        edges = np.round(np.linspace(low, high, _RANGES + 1), 1 - math.floor(math.log10((high - low) / _RANGES)))
         for row, value in zip(changed, values, strict=True):
             if value is None:
                 continue

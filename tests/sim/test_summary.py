@@ -71,7 +71,13 @@ def test_random_pushes_are_grouped_by_ranges() -> None:
         return bool(asked["delta_v"] < 0.3)
 
     many = [
-        row(law, direction_deg=(37.7 * i) % 360, delta_v=0.001 * (i + 1), duration=0.05 + 0.0001 * i)
+        row(
+            law,
+            direction_deg=(37.7 * i) % 360,
+            delta_v=0.001 * (i + 1),
+            duration=0.05 + 0.0001 * i,
+            height=0.000253 * (200 - i),
+        )
         for i in range(400)
     ]
     summary = summarise(many, sweep_facts(many))
@@ -81,6 +87,9 @@ def test_random_pushes_are_grouped_by_ranges() -> None:
     assert len(sizes) == 8
     assert sum(one["n"] for one in sizes) == 400
     assert all(one["by"]["delta_v"][0] < one["by"]["delta_v"][1] for one in sizes)
+    heights = [one["by"]["height"] for one in summary["rates"] if list(one["by"]) == ["controller", "height"]]
+    assert heights == sorted(heights)
+    assert heights[0] == [-0.05, -0.038]
     ways = {
         one["by"]["direction_deg"] for one in summary["rates"] if list(one["by"]) == ["controller", "direction_deg"]
     }
