@@ -45,8 +45,12 @@ class StepLimits:
             raise PlanningError(f"step limits must be positive with min <= stance <= max width, got {self}")
 
     def swing_reach(self, time: float) -> float:
-        """How far a foot swings in a time [s] at most [m]: half of it speeding up, half of it braking."""
+        """How far a foot swings from rest to rest in a time [s] at most [m].
+
+        By its mean speed, or by half of the time speeding up and half of it braking.
+        """
         reach = self.swing_speed * time
+        # Infinity times a time of 0 is no number.
         if math.isinf(self.swing_acceleration):
             return reach
         return min(reach, 0.25 * self.swing_acceleration * time**2)

@@ -128,7 +128,10 @@ class Controller(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """A tracker that was considered: its name, and the signed slack of its set in metres of ZMP."""
+    """A tracker that was considered: its name, and the signed slack of its set, of N steps that of feet at rest.
+
+    In metres of ZMP; that of N steps in metres of DCM.
+    """
 
     name: str
     slack: float
@@ -143,7 +146,8 @@ class Decision:
         controller: who is in charge from now on.
         reason: why, in words.
         regulator_slack: signed slack of the regulator's set [m of ZMP].
-        tracking_slack: signed slack of the chosen (or present) tracking set [m of ZMP]; NaN if none was asked.
+        tracking_slack: signed slack of the chosen (or present) tracking set [m of ZMP; N steps: of DCM]; NaN if none
+            was asked.
         in_regulator_set, in_tracking_set: membership of the state, by these slacks.
         outside_all: no set contained the state, the least violated was taken.
         candidates: the trackers that were considered.

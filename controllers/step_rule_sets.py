@@ -1,8 +1,9 @@
 """Steps by the N-step MOA sets: the fewest steps whose set holds the state, and among those the largest slack.
 
 Which foot goes, and for how long, is asked of sets whose feet start at rest, as the foot does that is to be lifted: a
-short step gains time, but how far it goes grows with the square of its time. Once the foot flies it is fast, and where
-it lands is asked of sets without a limit on its acceleration.
+short step gains time, but how far it goes grows with the square of its time. If none of these holds the state, the
+least violated is taken of those steps that would do if the foot needed no time to speed up. Where it lands is asked,
+from its lift-off on, of the sets without that limit: a foot that flies is fast, and a foothold too far is aimed anew.
 """
 
 from __future__ import annotations
@@ -76,8 +77,8 @@ class SetRule:
             fewest = min(option[0] for option in holding)
             choice = [option for option in holding if option[0] == fewest]
         else:
-            # A foot that is faster than that might still do: no step is taken from which it could not.
-            choice = [option for option in found if self._may_do(option[2:], dcm, feet, heading)] or found
+            # A faster foot might still do: of these steps if there are any, else of all, the least violated.
+            choice = [option for option in found if self._held_if_fast(option[2:], dcm, feet, heading)] or found
         steps, slack, side, time = max(choice, key=lambda option: option[1])
         candidates = tuple(Candidate(name=plan_name(s, t, n), slack=gap) for n, gap, s, t in found)
         return Lift(side=side, step_time=time, steps=steps, slack=slack, candidates=candidates)
@@ -102,14 +103,14 @@ class SetRule:
         )
 
     def slack(self, dcm: Array, stance: Array, swing: Array, heading: Heading, lift: Lift, ticks_left: int) -> float:
-        """The largest slack in any of the sets during a step [m of DCM]; arguments as of `aim`."""
+        """The largest slack in any of `sets` during a step [m of DCM]; arguments as of `aim`."""
         sets = self.sets
         point, foot = heading.local(dcm, stance), heading.local(swing, stance)
         left = ticks_left * sets.pendulum.dt
         return float(sets.slacks(point, other(lift.side), left, foot, lift.step_time).max())
 
-    def _may_do(self, step: tuple[Side, float], dcm: Array, feet: Mapping[Side, Array], heading: Heading) -> bool:
-        """Whether a set holds the state that asks all of the foot."""
+    def _held_if_fast(self, step: tuple[Side, float], dcm: Array, feet: Mapping[Side, Array], heading: Heading) -> bool:
+        """Whether one of `sets` holds the state, whose feet need no time to speed up."""
         side, time = step
         stance = feet[other(side)]
         point, foot = heading.local(dcm, stance), heading.local(feet[side], stance)
@@ -136,7 +137,7 @@ def _kept(slacks: Array, steps: int) -> int:
     return fewer if fewer < steps else steps
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=16)
 def _sets(
     omega: float,
     dt: float,

@@ -21,8 +21,9 @@ Array = NDArray[np.float64]
 CLEARANCE = 0.004
 # The hip travels with the COG while the leg swings: the foot lands that much farther than from a hip at rest.
 HIP_TRAVEL = 0.5  # as a share of the leg's own reach
-# What is counted on when a recovery is foretold, as a share of `swing_speed`. Less makes false alarms, more calls
-# pushes safe that fell the humanoid; fitted on seeds from 1000, which no reported suite uses, and scored by `truth`.
+# What is counted on when a recovery is foretold, as a share of `swing_speed`; a foot at rest is limited more by its
+# acceleration, which is counted on in full. Less makes false alarms, more calls pushes safe that fell the humanoid;
+# fitted on seeds from 1000, which no reported suite uses, and scored by `truth`.
 PROMISED_SPEED = 0.72
 # A landed foot likes to be this far outside of the DCM, so that the DCM comes to rest between the feet [m].
 OUTWARDS = 0.04
@@ -100,7 +101,8 @@ class Lift:
         side: the foot that goes.
         step_time: for how long [s].
         steps: steps that it is to be the first of.
-        slack: of the state in their set [m of DCM]; negative if no set holds it. NaN of a rule without sets.
+        slack: of the state in their set of feet at rest [m of DCM]; negative if none holds it. NaN of a rule without
+            sets.
         candidates: all that were considered.
     """
 
@@ -118,7 +120,7 @@ class Aim:
     Attributes:
         foothold, zmp: (2,) in the world [m].
         steps: steps that are still to do, this one included.
-        slack: as of `Lift`.
+        slack: of the state in the set of the foot under way, else as of `Lift`.
     """
 
     foothold: Array

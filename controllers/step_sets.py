@@ -42,6 +42,7 @@ class StepSets:
     feet and footholds. All feet keep one heading. "Exactly N steps" means N landings, the last of them in the
     regulator's set; a set of N steps need not hold that of fewer. A swing foot that cannot get into its reach in time
     lands at the nearest point; that further steps follow is then promised only if it can swing on from there in time.
+    With a `swing_acceleration` in the limits a swing foot is taken to be at rest where it is: ask at lift-off only.
 
     Attributes:
         pendulum: model and period.

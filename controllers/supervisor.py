@@ -72,7 +72,7 @@ class Supervisor:
             options: how it steps.
             rule: decides the steps; None never to step.
             promise: the sets that foretell whether the steps will do; None for a controller that promises nothing. They
-                are smaller than the rule's, which asks of the feet all that they might reach.
+                are never larger than the rule's, which asks of the feet all that they might reach.
             swing: how a foot goes through the air.
         """
         self.robot = robot

@@ -49,15 +49,15 @@ def draw_step_sets(robot: Robot) -> tuple[Figure, list[dict[str, Any]]]:
     facts = []
     for axes, (share, ahead) in zip(panels, _MOMENTS, strict=True):
         left = sets.pendulum.dt * round(share * step_time / sets.pendulum.dt)
-        sets = rule.lift_sets if share == 1.0 else rule.sets
+        shown = rule.lift_sets if share == 1.0 else rule.sets
         swing = np.array([ahead * sets.limits.max_stride, sets.limits.stance_width])
         for steps in reversed(counts):
-            polygon = sets.polygon(steps, _STANCE, left, swing, step_time=step_time)
+            polygon = shown.polygon(steps, _STANCE, left, swing, step_time=step_time)
             corners = polygon.vertices()
             _draw(axes, corners, facecolor=(*colours[steps][:3], 0.08), edgecolor=colours[steps], linewidth=1.8)
             facts.append({"steps": steps, "time_left": left, "area": polygon_area(corners), "rows": len(polygon.a)})
         _draw_feet(axes, robot, swing)
-        (x1, y1), (x2, y2) = sets.boxes(_STANCE, sets.tick(left), swing, step_time)[0]
+        (x1, y1), (x2, y2) = shown.boxes(_STANCE, sets.tick(left), swing, step_time)[0]
         corners = np.array([[x1, y1], [x2, y1], [x2, y2], [x1, y2]])
         _draw(axes, corners, facecolor="none", edgecolor=_REACH, linestyle="--", linewidth=1.2)
         if share == 1.0:
@@ -84,8 +84,8 @@ def draw_step_sets(robot: Robot) -> tuple[Figure, list[dict[str, Any]]]:
                 weight="bold")  # fmt: skip
     setting = (
         f"{robot.name}; steps of {step_time:g} s, stride up to {sets.limits.max_stride:g} m, feet up to "
-        f"{sets.limits.swing_speed:.2g} m/s, at lift-off by {rule.lift_sets.limits.swing_acceleration:.0f} m/s^2 from "
-        f"rest; ZMP {1e3 * _margin(robot, sets):.0f} mm inside the soles"
+        f"{sets.limits.swing_speed:.2g} m/s, from rest at up to {rule.lift_sets.limits.swing_acceleration:.0f} m/s² at "
+        f"lift-off; ZMP {1e3 * _margin(robot, sets):.0f} mm inside the soles"
     )
     figure.text(0.02, 0.912, setting, fontsize=11, color="#505050")
     return figure, facts

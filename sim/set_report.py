@@ -65,7 +65,7 @@ def set_report(scenario: Scenario, *, progress: Callable[[float], None] | None =
 
 
 def standing(scenario: Scenario, robot: Robot) -> tuple[Supervisor, StepSets]:
-    """The scenario's supervisor after its first tick, at rest in the robot's stand, and its N-step sets."""
+    """The scenario's supervisor after its first tick, at rest in the robot's stand, and its sets of feet at rest."""
     changes = {
         "world": "pendulum",
         "controller": "supervisor",

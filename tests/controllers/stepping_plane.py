@@ -34,7 +34,7 @@ OCTAGON = np.array(
 LIMITS = StepLimits(max_stride=0.2, min_width=0.07, max_width=0.22, stance_width=0.084, swing_speed=4.0)
 # Half of what a foot covers in 0.15 s at 1.6 m/s is less than the stride.
 SLOW = replace(LIMITS, swing_speed=1.6)
-# And in 0.15 s from rest to rest less than that.
+# Half of what a foot covers from rest to rest in 0.15 s is less than the stride here, too.
 HEAVY = replace(LIMITS, swing_acceleration=50.0)
 
 Errors = Callable[[], np.ndarray]

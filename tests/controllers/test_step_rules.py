@@ -224,3 +224,19 @@ def test_a_foot_that_must_go_far_is_given_the_time_to_get_there(sets: SetRule) -
     assert lift.step_time == 0.16
     weightless = replace(OPTIONS, limits=replace(OPTIONS.limits, swing_acceleration=math.inf))
     assert SetRule(ROBOT, PENDULUM, weightless, GAIN_K).lift(point, feet, heading, SIDES).step_time == 0.12
+
+
+def test_of_steps_that_no_foot_at_rest_makes_one_is_taken_that_a_faster_foot_would(sets: SetRule) -> None:
+    feet: dict[Side, np.ndarray] = {"left": np.array([-0.14987, 0.042]), "right": np.array([0.0, -0.042])}
+    heading, point = Heading(0.0), np.array([0.19342, -0.01201])
+    lift = sets.lift(point, feet, heading, SIDES)
+    assert lift.slack < 0.0
+    # There is one that is less violated, but it would be too late even for a foot that needs no time to speed up.
+    assert max(candidate.slack for candidate in lift.candidates) > lift.slack
+    assert lift.step_time == 0.12
+
+    def with_all_speed(side: Side, time: float) -> float:
+        stance = feet[other(side)]
+        return float(sets.sets.slacks(point - stance, other(side), time, feet[side] - stance, time).max())
+
+    assert with_all_speed(lift.side, lift.step_time) >= 0.0 > with_all_speed(lift.side, 0.16)

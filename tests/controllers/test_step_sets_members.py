@@ -66,7 +66,7 @@ def test_one_program_over_all_zmps_and_footholds_agrees(name: str) -> None:
 
 def test_steps_decided_at_their_lift_off_recover_from_every_member_for_feet_with_inertia() -> None:
     rng, sets = np.random.default_rng(10), LIFTING
-    most, far = LIFTING.limits.swing_acceleration, 0
+    most, far = sets.limits.swing_acceleration, 0
     for _ in range(20):
         steps, stance, _, swing, time = draw(sets, rng)
         _, more = sets.boxes(stance, 0, None, time)
@@ -93,6 +93,7 @@ def test_steps_decided_at_their_lift_off_recover_from_every_member_for_feet_with
 
 
 def test_one_program_agrees_for_feet_with_inertia() -> None:
+    """On the sets of this reach; that the reach is right is for the test above."""
     rng = np.random.default_rng(11)
     for inside in (1e-6, 1e-3, -1e-6, -1e-3) * 6:
         steps, stance, _, swing, time = draw(LIFTING, rng)

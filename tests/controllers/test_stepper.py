@@ -55,3 +55,17 @@ def test_the_foot_that_has_just_landed_stays(rule: SetRule) -> None:
     assert set(stepper.sides(1.01 * JUST_LANDED)) == {"left", "right"}
     later = replace(SIGHT, time=0.5 * JUST_LANDED)
     assert stepper.lift_off(later, ahead, ahead, footing).side == other
+
+
+def test_a_flight_remembers_where_it_was_when_the_tick_began(rule: SetRule) -> None:
+    """What is foretold of a state is asked with the foot and the time left of its own tick."""
+    stepper, ahead = Stepper(PENDULUM, OPTIONS, rule), np.array([0.1, 0.0])
+    stepper.lift_off(SIGHT, ahead, ahead, standing())
+    flight = stepper.flight
+    assert flight is not None
+    for _ in range(20):
+        at, left = flight.foot.position[:2], flight.left
+        flight.advance(PENDULUM.dt)
+        assert flight.before[0] == pytest.approx(at, abs=0.0)
+        assert flight.before[1] == left == flight.left + 1
+    assert np.linalg.norm(flight.foot.position[:2] - flight.before[0]) > 1e-4
