@@ -64,12 +64,13 @@ class SetRule:
 
     def lift(self, dcm: Array, feet: Mapping[Side, Array], heading: Heading, sides: Sequence[Side]) -> Lift:
         """See `StepRule.lift`."""
-        found = []
+        found, asked = [], {}
         for side in sides:
             stance = feet[other(side)]
             point, foot = heading.local(dcm, stance), heading.local(feet[side], stance)
             for time in self.lift_sets.step_times:
-                slacks = self.lift_sets.slacks(point, other(side), time, foot, time)
+                asked[side, time] = point, other(side), time, foot, time
+                slacks = self.lift_sets.slacks(*asked[side, time])
                 steps = _fewest(slacks, 0.0)
                 found.append((steps, float(slacks[steps - 1]), side, time))
         holding = [option for option in found if option[1] >= 0.0]
@@ -78,7 +79,7 @@ class SetRule:
             choice = [option for option in holding if option[0] == fewest]
         else:
             # A faster foot might still do: of these steps if there are any, else of all, the least violated.
-            choice = [option for option in found if self._held_if_fast(option[2:], dcm, feet, heading)] or found
+            choice = [option for option in found if self.sets.slacks(*asked[option[2:]]).max() >= 0.0] or found
         steps, slack, side, time = max(choice, key=lambda option: option[1])
         candidates = tuple(Candidate(name=plan_name(s, t, n), slack=gap) for n, gap, s, t in found)
         return Lift(side=side, step_time=time, steps=steps, slack=slack, candidates=candidates)
@@ -108,13 +109,6 @@ class SetRule:
         point, foot = heading.local(dcm, stance), heading.local(swing, stance)
         left = ticks_left * sets.pendulum.dt
         return float(sets.slacks(point, other(lift.side), left, foot, lift.step_time).max())
-
-    def _held_if_fast(self, step: tuple[Side, float], dcm: Array, feet: Mapping[Side, Array], heading: Heading) -> bool:
-        """Whether one of `sets` holds the state, whose feet need no time to speed up."""
-        side, time = step
-        stance = feet[other(side)]
-        point, foot = heading.local(dcm, stance), heading.local(feet[side], stance)
-        return bool(self.sets.slacks(point, other(side), time, foot, time).max() >= 0.0)
 
 
 def plan_name(side: Side, step_time: float, steps: int) -> str:

@@ -64,11 +64,15 @@ class StepSets:
     error: ZmpError
     tables: SetTables = field(repr=False)
     _tables: dict[tuple[Side, float], StanceTable] = field(init=False, repr=False)
+    _reach: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         stances = self.tables.stances
         by_time = {(s, t): stances[s, round(t / self.pendulum.dt)] for s in SIDES for t in self.step_times}
         object.__setattr__(self, "_tables", by_time)
+        # How far the foot in the air gets, by the ticks that are left.
+        reach = [self.limits.swing_reach(self.pendulum.dt * ticks) for ticks in range(len(self.tables.decay))]
+        object.__setattr__(self, "_reach", np.array(reach))
 
     def tick(self, time_left: float) -> int:
         """Whole ticks in a remaining time [s].
@@ -103,7 +107,7 @@ class StepSets:
         last, more = self.tables.boxes[stance], self.table(stance, step_time).box
         if swing is None:
             return last, more
-        x, y, radius = float(swing[0]), float(swing[1]), self.limits.swing_reach(self.pendulum.dt * ticks)
+        x, y, radius = float(swing[0]), float(swing[1]), float(self._reach[ticks])
         reach = within(last, x, y, radius)
         return reach, reach if last == more else within(more, x, y, radius)
 
@@ -143,7 +147,7 @@ class StepSets:
         count = round(step_time / self.pendulum.dt) + 1
         decay = self.tables.decay[:count]
         point = np.asarray(dcm, dtype=float)
-        radius = np.array([self.limits.swing_reach(self.pendulum.dt * ticks) for ticks in range(count)])
+        radius = self._reach[:count]
         last, more = self.tables.boxes[stance], table.box
         boxes = _phases(last, swing, radius)
         slacks = np.empty((self.max_steps, count))
