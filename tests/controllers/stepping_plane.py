@@ -75,7 +75,12 @@ def recovers(
             swing = swing + (choice.position - swing) / k
             x = PENDULUM.step(x, place + zmp)
         place, swing, stance, ticks = place + swing, -swing, other(stance), round(step_time / PENDULUM.dt)
-    support, centre = both_feet(sets, swing).moved(place), place + 0.5 * swing
+    return min(worst, stands(sets, x, place, swing, errors))
+
+
+def stands(sets: StepSets, x: np.ndarray, place: np.ndarray, swing: np.ndarray, errors: Errors | None = None) -> float:
+    """Least distance [m] of the regulator's ZMP to the edge of the feet at `place` and `swing` from there."""
+    support, centre, worst = both_feet(sets, swing).moved(place), place + 0.5 * swing, np.inf
     for _ in range(200):
         zmp = centre + sets.gain_k * (PENDULUM.dcm(x) - centre) + (0.0 if errors is None else errors())
         worst = min(worst, support.slack(zmp))
