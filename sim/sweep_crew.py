@@ -11,7 +11,11 @@ from typing import Any
 
 from models.errors import InputError
 from sim.executors import Workers
+from sim.interrupts import HeldInterrupt
 from sim.sweep_episode import Job, crashed_row, run_job
+
+HEED = 0.2
+"""Longest time until a Ctrl-C is heeded [s]."""
 
 
 class Crew:
@@ -38,19 +42,25 @@ class Crew:
         self._failed: set[str] = set()
 
     def work(self, jobs: Callable[[], Iterator[Job]]) -> None:
-        """Run all jobs; `jobs` is asked again after each that finished, for that may allow others."""
-        try:
-            while True:
-                self._hand_out(jobs)
-                if not self._flying:
-                    return
-                done, _ = wait(self._flying, return_when=FIRST_COMPLETED)
-                for future in done:
-                    self._take_in(future)
-        except BaseException:
-            self._stop()
-            raise
-        self._executor.shutdown()
+        """Run all jobs; `jobs` is asked again after each that finished, for that may allow others.
+
+        Raises:
+            KeyboardInterrupt: after a Ctrl-C, with every job that had finished handed on.
+        """
+        with HeldInterrupt() as interrupt:
+            try:
+                while True:
+                    self._hand_out(jobs)
+                    if not self._flying:
+                        break
+                    done, _ = wait(self._flying, timeout=HEED, return_when=FIRST_COMPLETED)
+                    for future in done:
+                        self._take_in(future)
+                    interrupt.check()
+            except BaseException:
+                self._stop()
+                raise
+            self._executor.shutdown()
 
     def _hand_out(self, jobs: Callable[[], Iterator[Job]]) -> None:
         # One in the queue for each at work, so that nobody waits; a suspect of killing its worker runs alone.
