@@ -103,13 +103,6 @@ class SetRule:
             slack=float(slacks[steps - 1]),
         )
 
-    def slack(self, dcm: Array, stance: Array, swing: Array, heading: Heading, lift: Lift, ticks_left: int) -> float:
-        """The largest slack in any of `sets` during a step [m of DCM]; arguments as of `aim`."""
-        sets = self.sets
-        point, foot = heading.local(dcm, stance), heading.local(swing, stance)
-        left = ticks_left * sets.pendulum.dt
-        return float(sets.slacks(point, other(lift.side), left, foot, lift.step_time).max())
-
 
 def plan_name(side: Side, step_time: float, steps: int) -> str:
     """A plan in words."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
@@ -21,10 +21,6 @@ Array = NDArray[np.float64]
 CLEARANCE = 0.004
 # The hip travels with the COG while the leg swings: the foot lands that much farther than from a hip at rest.
 HIP_TRAVEL = 0.5  # as a share of the leg's own reach
-# What is counted on when a recovery is foretold, as a share of `swing_speed`; a foot at rest is limited more by its
-# acceleration, which is counted on in full. Less makes false alarms, more calls pushes safe that fell the humanoid;
-# fitted on seeds from 1000, which no reported suite uses, and scored by `truth`.
-PROMISED_SPEED = 0.72
 # A landed foot likes to be this far outside of the DCM, so that the DCM comes to rest between the feet [m].
 OUTWARDS = 0.04
 
@@ -67,11 +63,6 @@ def step_limits(robot: Robot, max_stride: float) -> StepLimits:
         swing_speed=float(robot.no_load_speed.min()) * robot.leg_length,
         swing_acceleration=MOST_ACCELERATION,
     )
-
-
-def promised(options: SteppingOptions) -> SteppingOptions:
-    """The stepping that is counted on when a recovery is foretold: what the body was seen to do, not what is asked."""
-    return replace(options, limits=replace(options.limits, swing_speed=PROMISED_SPEED * options.limits.swing_speed))
 
 
 class Heading:

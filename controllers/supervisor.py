@@ -13,10 +13,10 @@ from controllers.flight import Flight
 from controllers.footing import EDGE, Footing
 from controllers.gains import Gain
 from controllers.pendulum import Pendulum
+from controllers.promise import Promise
 from controllers.regulator import Regulator
 from controllers.restoration import Restorer
 from controllers.signals import BalanceCommand, Candidate, Controller, Decision, FootReference, Observation
-from controllers.step_rule_sets import SetRule
 from controllers.step_rules import Heading, Lift, SteppingOptions, StepRule
 from controllers.step_trigger import StepTrigger
 from controllers.stepper import Stepper
@@ -60,7 +60,7 @@ class Supervisor:
         gains: Sequence[Gain],
         options: SteppingOptions,
         rule: StepRule | None,
-        promise: SetRule | None = None,
+        promise: Promise | None = None,
         swing: type[SwingFoot] = SwingFoot,
     ) -> None:
         """Prepare.
@@ -71,8 +71,7 @@ class Supervisor:
             gains: the regulator's gain, then those to fall back on before a step.
             options: how it steps.
             rule: decides the steps; None never to step.
-            promise: the sets that foretell whether the steps will do; None for a controller that promises nothing. They
-                are never larger than the rule's, which asks of the feet all that they might reach.
+            promise: foretells whether the steps will do; None for a controller that promises nothing.
             swing: how a foot goes through the air.
         """
         self.robot = robot
@@ -157,12 +156,12 @@ class Supervisor:
         flight, dcm, feet = self._flight, self._seen.dcm, self._footing.positions
         if flight is None:
             sides = self._stepper.sides(self._seen.observation.time)
-            promised = self._promise.lift(dcm, feet, self.heading, sides).slack if self._may_step else math.nan
+            promised = self._promise.standing(dcm, feet, self.heading, sides) if self._may_step else math.nan
             return self._slacks[0], promised
         if flight.closing:
             return math.nan, math.nan
         swing, left = flight.before
-        return math.nan, self._promise.slack(dcm, feet[flight.stance], swing, self.heading, flight.lift, left)
+        return math.nan, self._promise.stepping(dcm, feet[flight.stance], swing, self.heading, flight.lift, left)
 
     def best_step(self, x: Array) -> Lift:
         """The step that would be taken from the latest stance in a state (4,); changes nothing."""

@@ -8,11 +8,12 @@ from controllers import gains
 from controllers.gains import Gain
 from controllers.paper import PaperSupervisor
 from controllers.pendulum import Pendulum
+from controllers.promise import Promise
 from controllers.signals import BalanceCommand, Controller, Decision, Observation
 from controllers.statue import Statue
 from controllers.step_rule_polygon import PolygonRule
 from controllers.step_rule_sets import SetRule
-from controllers.step_rules import SteppingOptions, StepRule, promised, step_limits
+from controllers.step_rules import SteppingOptions, StepRule, step_limits
 from controllers.supervisor import Supervisor
 from controllers.swing import SwingFoot
 from controllers.swing_feedback import SeenSwingFoot
@@ -80,15 +81,12 @@ def make_brain(scenario: Scenario, robot: Robot) -> Brain:
     if scenario.controller == "regulator":
         return Supervisor(robot, pendulum, (gain,), options, None)
     bank = {gain.name: gain} | {soft.name: soft for k in SOFTER if (soft := gains.dcm(pendulum, k)).name != gain.name}
-    rule: StepRule
-    if options.rule == "sets":
-        rule = SetRule(robot, pendulum, options, min(SOFTER))
-    else:
-        rule = PolygonRule(robot, pendulum, options)
-    promise = SetRule(robot, pendulum, promised(options), min(SOFTER))
+    sets = SetRule(robot, pendulum, options, min(SOFTER))
+    rule: StepRule = sets if options.rule == "sets" else PolygonRule(robot, pendulum, options)
+    body = scenario.world == "humanoid"
+    promise = Promise.of_body(robot, pendulum, options, min(SOFTER)) if body else Promise(sets)
     # Inverse dynamics tells a leg what acceleration to give; the other layers send it to a place.
-    seen = scenario.world == "humanoid" and scenario.whole_body == "dynamics"
-    swing = SeenSwingFoot if seen else SwingFoot
+    swing = SeenSwingFoot if body and scenario.whole_body == "dynamics" else SwingFoot
     return Supervisor(robot, pendulum, tuple(bank.values()), options, rule, promise, swing)
 
 
