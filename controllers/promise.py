@@ -1,8 +1,8 @@
 """What is foretold of the steps to come: whether they will do, by membership in N-step sets.
 
-On the pendulum the rule's own sets say it: nothing is left out of them. A body does not do all that they ask. Its
-feet are slower than its motors without a leg, but it also gets along with what the sets call lost: it spins, rolls over
-the rim of a sole, lands a little later. So its sets are those of slower feet, grown by a margin all round.
+On the pendulum the rule's own sets say it: nothing is left out of them. A body does less and more than they hold. Its
+feet are slower than what the rule asks of them; but it also gets along with states that they call lost, for it can
+spin, roll over the rim of a sole, and land a little later. So its sets are those of slower feet, grown all round.
 """
 
 from __future__ import annotations
