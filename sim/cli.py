@@ -54,6 +54,9 @@ app = typer.Typer(
 # click's error of a wrong command line, wherever this version of typer keeps it.
 _UsageError: type[BaseException] = typer.BadParameter.__base__ or Exception
 
+# Exit code of whoever was stopped by Ctrl-C; typer may turn that into the code on its own.
+_INTERRUPTED = 130
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
@@ -62,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: without the program's name; None takes those of the process.
 
     Returns:
-        0, or 2 if what was asked cannot be done; then one line on stderr says why.
+        0, or 2 if what was asked cannot be done, or 130 after Ctrl-C; then one line on stderr says why.
     """
     try:
         code = app(args=arguments, prog_name="okiagari", standalone_mode=False)
@@ -72,8 +75,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message = error.format_message() if hasattr(error, "format_message") else str(error)
         return _refuse(message)
     except (typer.Abort, KeyboardInterrupt):
-        print("okiagari: stopped", file=sys.stderr)
-        return 130
+        code = _INTERRUPTED
+    if code == _INTERRUPTED:
+        print("okiagari: stopped; the same command makes a sweep go on where it was", file=sys.stderr)
     return code if isinstance(code, int) else 0
 
 

@@ -40,16 +40,23 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> pa.Table:
 
 
 def started(folder: Path, out: Path) -> subprocess.Popen[bytes]:
-    code = "import sys; from tests.sim.test_sweep_failures import sweep_in_processes; sweep_in_processes(*sys.argv[1:])"
+    path = str(suite(folder).path)
     # Whoever runs the tests in the background of a shell ignores Ctrl-C, and would hand that down.
-    command = ["env", "--default-signal=INT", sys.executable, "-c", code, folder, out]
-    return subprocess.Popen(command, cwd=HOUSE, env=os.environ | {"PYTHONPATH": str(HOUSE)}, start_new_session=True)
-
-
-def sweep_in_processes(folder: str, out: str) -> None:
-    """What `started` runs."""
-    with local(2) as workers:
-        run_sweep(suite(Path(folder)), Path(out), workers)
+    command = [
+        "env",
+        "--default-signal=INT",
+        sys.executable,
+        "-m",
+        "sim",
+        "sweep",
+        path,
+        "--out",
+        out,
+        "--workers",
+        "2",
+    ]
+    environment = os.environ | {"PYTHONPATH": str(HOUSE)}
+    return subprocess.Popen(command, cwd=HOUSE, env=environment, stderr=subprocess.PIPE, start_new_session=True)
 
 
 def members(session: int) -> list[int]:
@@ -290,7 +297,9 @@ def test_workers_end_when_interrupted(tmp_path: Path) -> None:
         assert time.monotonic() < deadline
         time.sleep(0.005)
     os.killpg(process.pid, signal.SIGINT)  # as Ctrl-C does: to all of them
-    assert process.wait(timeout=60) != 0
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert told.decode().splitlines()[-1] == "okiagari: stopped; the same command makes a sweep go on where it was"
     while members(process.pid) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert members(process.pid) == []
