@@ -48,6 +48,7 @@ class Supervisor:
         pendulum: its model and the control period.
         options: how it steps.
         rule: decides the steps.
+        promise: foretells whether they will do.
         decisions: every choice since `reset`, with its grounds.
         regulator: the regulator of the latest double support; None before the first tick.
         steps: steps begun since `reset`.
@@ -77,7 +78,7 @@ class Supervisor:
         self.robot = robot
         self.options = options
         self.rule = rule
-        self._promise = promise
+        self.promise = promise
         self._swing = swing
         self.pendulum = pendulum
         self._gains = tuple(gains)
@@ -151,17 +152,17 @@ class Supervisor:
         The regulator's is NaN while a foot is in the air. The steppers' is that of the steps that are promised to do,
         from the step under way or from the stance; NaN without a promise, or while no step may follow.
         """
-        if self._promise is None or self._seen is None or self._stepper is None:
+        if self.promise is None or self._seen is None or self._stepper is None:
             return self._slacks[0], math.nan
         flight, dcm, feet = self._flight, self._seen.dcm, self._footing.positions
         if flight is None:
             sides = self._stepper.sides(self._seen.observation.time)
-            promised = self._promise.standing(dcm, feet, self.heading, sides) if self._may_step else math.nan
+            promised = self.promise.standing(dcm, feet, self.heading, sides) if self._may_step else math.nan
             return self._slacks[0], promised
         if flight.closing:
             return math.nan, math.nan
         swing, left = flight.before
-        return math.nan, self._promise.stepping(dcm, feet[flight.stance], swing, self.heading, flight.lift, left)
+        return math.nan, self.promise.stepping(dcm, feet[flight.stance], swing, self.heading, flight.lift, left)
 
     def best_step(self, x: Array) -> Lift:
         """The step that would be taken from the latest stance in a state (4,); changes nothing."""
