@@ -21,9 +21,9 @@ from models.robot import Robot, Side, other
 Array = NDArray[np.float64]
 
 # Share of the swing speed that a body's feet are counted on for (a foot at rest is limited more by its acceleration,
-# which is counted on in full), and how far out of those sets the DCM may be [m]. More of either makes fewer false alarms,
-# and calls more pushes safe that fell the humanoid: `python -m tests.benchmarks promise` prints how many, of pushes that
-# no reported suite uses. `truth` scores them.
+# which is counted on in full), and how far out of those sets the DCM may be [m]. More of either makes fewer false
+# alarms, and calls more pushes safe that fell the humanoid: `python -m tests.benchmarks promise` prints how many, of
+# pushes that no reported suite uses. `truth` scores them.
 BODY_SPEED = 0.5
 BODY_MARGIN = 0.06
 

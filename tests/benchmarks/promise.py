@@ -1,7 +1,7 @@
 """What to count on when the recovery of a body is foretold: false safes and false alarms, by swing speed and margin.
 
 `BODY_SPEED` and `BODY_MARGIN` of `controllers/promise.py` are read off this table. Its pushes are those of the suite
-`truth`, but hard ones only, and of a seed of which no suite is. It takes a quarter of an hour, so only by name.
+`truth`, but hard ones only, and of a seed of which no suite is. It takes ten minutes, so only by name.
 """
 
 from __future__ import annotations
