@@ -8,32 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controllers.pendulum import Pendulum
 from controllers.promise import BODY_MARGIN, BODY_SPEED, Promise
 from controllers.step_rule_sets import SetRule
-from controllers.step_rules import Heading, Lift, SteppingOptions, step_limits
+from controllers.step_rules import Heading, Lift
 from controllers.supervisor import Supervisor
 from models.arena import SIDES
-from models.robot import load_robot, other
+from models.robot import other
 from scenarios.schema import Scenario
 from sim.brain import SOFTER, make_brain, make_options
 from sim.episode import run_episode
 from sim.outcome import Result
 from tests.controllers.sight import seen
+from tests.controllers.test_step_rules import OPTIONS, PENDULUM, ROBOT
 
-ROBOT = load_robot("utmu2")
-PENDULUM = Pendulum(ROBOT.omega, 0.002)
-OPTIONS = SteppingOptions(
-    rule="sets",
-    step_times=(0.12, 0.16),
-    max_steps=4,
-    zmp_margin=0.008,
-    swing_height=0.025,
-    replan=True,
-    early_trigger=0.1,
-    angular_momentum=True,
-    limits=step_limits(ROBOT, 0.28),
-)
 GAIN_K = 1.1
 HEADING, HERE = Heading(0.4), np.array([1.0, -2.0])
 FEET = {

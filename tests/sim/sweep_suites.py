@@ -14,6 +14,7 @@ from scenarios.suite_catalogue import LoadedSuite, load_suite
 from sim.executors import Workers
 from sim.results import TIMING
 from sim.sweep_episode import Job, run_job
+from sim.sweep_plan import plan, scenario_of
 
 PENDULUM = """
 description = "short pushes on the pendulum"
@@ -118,6 +119,15 @@ def suite(folder: Path, text: str = PENDULUM, name: str = "short") -> LoadedSuit
     path = folder / f"{name}.toml"
     path.write_text(text)
     return load_suite(path)
+
+
+def jobs(loaded: LoadedSuite) -> list[Job]:
+    """All of a suite, in order."""
+    return [
+        Job(episode=episode, scenario=scenario_of(loaded, episode))
+        for series in plan(loaded)
+        for episode in series.episodes
+    ]
 
 
 def die(job: Job) -> dict[str, Any]:

@@ -14,8 +14,7 @@ from sim.executors import Workers
 from sim.interrupts import HeldInterrupt
 from sim.sweep_crew import Crew
 from sim.sweep_episode import Job
-from sim.sweep_plan import plan, scenario_of
-from tests.sim.sweep_suites import Counting, suite
+from tests.sim.sweep_suites import Counting, jobs, suite
 
 
 @pytest.fixture(autouse=True)
@@ -97,12 +96,7 @@ class Struck(Counting):
 
 
 def test_crew_hands_its_job_out_before_it_gives_way(tmp_path: Path) -> None:
-    loaded = suite(tmp_path)
-    work = [
-        Job(episode=episode, scenario=scenario_of(loaded, episode))
-        for series in plan(loaded)
-        for episode in series.episodes
-    ]
+    work = jobs(suite(tmp_path))
     waiting = iter(work[:6])
     ran: list[str] = []
     crew = Crew(Workers(count=1, make=lambda: Struck(ran)), lambda job, row: None)

@@ -18,15 +18,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from models.errors import InputError
-from scenarios.suite_catalogue import LoadedSuite
 from sim import results, sweep_store
 from sim.executors import Workers, local
 from sim.results import read_results, row_files
 from sim.sweep import run_sweep
 from sim.sweep_crew import Crew
-from sim.sweep_episode import Job
-from sim.sweep_plan import plan, scenario_of
-from tests.sim.sweep_suites import HERE, PENDULUM, Counting, die, die_once, fail, lasting, suite
+from tests.sim.sweep_suites import HERE, PENDULUM, Counting, die, die_once, fail, jobs, lasting, suite
 
 HOUSE = Path(__file__).resolve().parents[2]
 
@@ -42,19 +39,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> pa.Table:
 def started(folder: Path, out: Path) -> subprocess.Popen[bytes]:
     path = str(suite(folder).path)
     # Whoever runs the tests in the background of a shell ignores Ctrl-C, and would hand that down.
-    command = [
-        "env",
-        "--default-signal=INT",
-        sys.executable,
-        "-m",
-        "sim",
-        "sweep",
-        path,
-        "--out",
-        out,
-        "--workers",
-        "2",
-    ]
+    sweep = [sys.executable, "-m", "sim", "sweep", path, "--out", out, "--workers", "2"]
+    command = ["env", "--default-signal=INT", *sweep]
     environment = os.environ | {"PYTHONPATH": str(HOUSE)}
     return subprocess.Popen(command, cwd=HOUSE, env=environment, stderr=subprocess.PIPE, start_new_session=True)
 
@@ -232,14 +218,6 @@ def test_limit_of_the_system_on_files_is_one_line(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("\n") == 1
     assert "cannot be written: File too large" in done.stdout
-
-
-def jobs(loaded: LoadedSuite) -> list[Job]:
-    return [
-        Job(episode=episode, scenario=scenario_of(loaded, episode))
-        for series in plan(loaded)
-        for episode in series.episodes
-    ]
 
 
 def test_dead_worker_is_replaced_and_its_episode_tried_again(
