@@ -1,20 +1,11 @@
-"""Where a foot may land, and where it would like to."""
+"""Where a foot may land."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from controllers.gait_program import PlanningError, Reach
-from controllers.pendulum import Pendulum
-from controllers.support import Foot, SupportPolygon
-from models.arena import Side
-from models.robot import other
-
-_OCTAGON = np.array([[math.cos(a), math.sin(a)] for a in np.arange(4) * math.pi / 4])
+from controllers.gait_program import PlanningError
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -54,86 +45,3 @@ class StepLimits:
         if math.isinf(self.swing_acceleration):
             return reach
         return min(reach, 0.25 * self.swing_acceleration * time**2)
-
-
-def _axes(yaw: float) -> np.ndarray:
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.array([[c, s], [-s, c]])
-
-
-def _box(side: Side, limits: StepLimits) -> tuple[np.ndarray, np.ndarray]:
-    """Corners of the reachable rectangle of foot `side` in the yaw frame of the stance foot [m]."""
-    lateral = (limits.min_width, limits.max_width) if side == "left" else (-limits.max_width, -limits.min_width)
-    return np.array([-limits.max_stride, lateral[0]]), np.array([limits.max_stride, lateral[1]])
-
-
-def reach_rows(
-    feet: Mapping[Side, Foot],
-    swing: tuple[Side, ...],
-    ticks: Sequence[int],
-    start: np.ndarray,
-    dt: float,
-    limits: StepLimits,
-) -> Reach:
-    """Rectangle around the stance foot, and the octagon in the circle that the swing foot covers in time."""
-    steps = len(swing)
-    rows, lower, upper = np.zeros((6 * steps, 2 * steps)), np.empty(6 * steps), np.empty(6 * steps)
-    for i, side in enumerate(swing):
-        stance = feet[other(side)]
-        axes, (low, high) = _axes(stance.yaw), _box(side, limits)
-        radius = limits.swing_reach(ticks[i] * dt) * math.cos(math.pi / 8)
-        box, circle = slice(6 * i, 6 * i + 2), slice(6 * i + 2, 6 * i + 6)
-        rows[box, 2 * i : 2 * i + 2] = axes
-        rows[circle, 2 * i : 2 * i + 2] = _OCTAGON
-        lower[circle], upper[circle] = -radius, radius
-        if i == 0:
-            now = axes @ (start - stance.position)
-            gap = np.clip(now, low, high) - now
-            distance = math.hypot(*gap)
-            if distance > radius:
-                # A foot that cannot get back into the rectangle in time may land as near to it as it can get.
-                nearest = now + gap * (radius / distance)
-                low, high = np.minimum(low, nearest), np.maximum(high, nearest)
-            shift = axes @ stance.position
-            low, high = low + shift, high + shift
-        else:
-            rows[box, 2 * i - 2 : 2 * i] = -axes
-            if i > 1:
-                rows[circle, 2 * i - 4 : 2 * i - 2] = -_OCTAGON
-        lower[box], upper[box] = low, high
-        if i < 2:
-            # The second foot to swing was the first stance foot; later ones leave their own foothold.
-            leaves = _OCTAGON @ (start if i == 0 else feet[side].position)
-            lower[circle] += leaves
-            upper[circle] += leaves
-    return Reach(G=rows, lower=lower, upper=upper)
-
-
-def nominal_footholds(
-    pendulum: Pendulum,
-    x0: np.ndarray,
-    feet: Mapping[Side, Foot],
-    swing: Sequence[Side],
-    ticks: Sequence[int],
-    soles: Mapping[Side, SupportPolygon],
-    limits: StepLimits,
-) -> np.ndarray:
-    """Footholds (N, 2) level with the DCM at each landing, at the natural width or as wide as the DCM.
-
-    The DCM is carried forward with the ZMP at the point of the stance sole nearest to it.
-    """
-    dcm = pendulum.dcm(x0)
-    place = feet[other(swing[0])].position
-    footholds = np.empty((len(swing), 2))
-    for i, side in enumerate(swing):
-        stance = other(side)
-        axes, (low, high) = _axes(feet[stance].yaw), _box(side, limits)
-        zmp = place + soles[stance].nearest(dcm - place)
-        # A DCM that is already far out would overflow over a long step; the rectangle clips it anyway.
-        dcm = zmp + np.clip((dcm - zmp) * math.exp(pendulum.omega * pendulum.dt * ticks[i]), -10.0, 10.0)
-        ahead, aside = axes @ (dcm - place)
-        outward = limits.stance_width if side == "left" else -limits.stance_width
-        aside = max(aside, outward) if side == "left" else min(aside, outward)
-        place = place + np.clip([ahead, aside], low, high) @ axes
-        footholds[i] = place
-    return footholds

@@ -10,10 +10,8 @@ from rich.table import Table
 
 from controllers.footholds import StepLimits
 from controllers.gains import dcm, lqr
-from controllers.linear_program import LinearProgram
 from controllers.moa import MoaSet, regulator_set
 from controllers.paper import STRIDE
-from controllers.parametric import parametric_set
 from controllers.pendulum import Pendulum
 from controllers.step_sets import step_sets
 from controllers.step_sets_foothold import choose
@@ -111,21 +109,6 @@ class Bench:
         peer = 10.0 * best_of(lambda: library.contains(tenth), repeats=3)
         self.row("10⁶ states, one set", len(moa.a), ours, "≤ 0.1 s", "polytope.Polytope.contains", peer)
 
-    def parametric(self) -> None:
-        """Which reference catches a state: six unknowns (slack aside)."""
-        pendulum = Pendulum(self.robot.omega, DT)
-        limits = StepLimits(max_stride=0.16, min_width=0.076, max_width=0.22, stance_width=0.084, swing_speed=3.0)
-        sets = parametric_set(pendulum, dcm(pendulum, 1.5), self.feet, ("right",), 0.25, limits)
-        x = np.array([0.0, 0.35, 0.0, 0.0])
-        ours = best_of(lambda: sets.slack(x), batch=500)
-        lifted = sets.lifted()
-        # Fixing x_0 leaves the program in (xi_0, p, s) that DAQP solves.
-        rows, right = lifted.S[:, 4:], lifted.a - lifted.S[:, :4] @ x
-        goal = np.eye(rows.shape[1])[-1]
-        peer = best_of(lambda: LinearProgram(rows, right).maximise(goal), repeats=20)
-        name = f"parametric query, {rows.shape[1] - 1} parameters, DCM 1.5"
-        self.row(name, len(sets.rows.a), ours, "≤ 15 µs", "HiGHS on the same program", peer)
-
     def step_sets(self) -> None:
         """Whether some of up to eight steps recover, and where to land."""
         pendulum = Pendulum(self.robot.omega, 0.002)
@@ -164,7 +147,6 @@ def main() -> None:
     bench.regulator_sets()
     bench.tracking()
     bench.queries()
-    bench.parametric()
     bench.step_sets()
     show(bench.table)
 

@@ -7,21 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from controllers.footholds import StepLimits
 from controllers.gains import dcm, lqr
 from controllers.limits import capturability_steps
 from controllers.moa import regulator_set
-from controllers.parametric import parametric_set
-from controllers.planar import supports
-from controllers.polytope import Polytope
 from controllers.reference import Reference
 from controllers.robust import ZmpError
 from controllers.step_sets import StepSets, step_sets
-from controllers.step_sets_reference import reference_polygons
 from controllers.support import Foot, support_polygon
 from controllers.tracking_sets import tracking_sets
 from models.errors import InputError
 from models.robot import Side, other
+from tests.controllers.reference_polygons import reference_polygons
 from tests.controllers.stances import PENDULUM as WALKER
 from tests.controllers.stances import walk
 from tests.controllers.stepping_plane import LIMITS, PENDULUM, SOLE
@@ -136,31 +132,3 @@ def test_koolens_regions_are_approached_from_inside(steps: int) -> None:
     lacks = [(1.0 - 1.0 / k) * (0.5 * LIMITS.max_stride + reach) for k in (2.0, 1.1, 1.01, 1.001)]
     shrink = math.exp(-steps * PENDULUM.omega * TIME)
     np.testing.assert_allclose(gaps, np.array(lacks) * shrink, rtol=1e-9)
-
-
-@pytest.mark.parametrize(("step_time", "share"), [(0.15, 0.78), (0.25, 0.83), (0.4, 0.9)])
-def test_the_parametric_set_of_one_step_is_nearly_the_re_planned_one(step_time: float, share: float) -> None:
-    """Measured shares of the area: a planned reference has its ZMP under the landed foot at first, by its schedule.
-
-    So it lacks states that end over the old stance foot, and what it takes to come to rest with few knots. It is not
-    bound to the gain of the regulator at landing: the sets compared are those of a gain next to 1.
-    """
-    sole = np.array([[0.0495, 0.036], [-0.0495, 0.036], [-0.0495, -0.036], [0.0495, -0.036]])
-    limits = StepLimits(max_stride=0.16, min_width=0.075, max_width=0.2, stance_width=0.084, swing_speed=2.0)
-    apart = np.array([0.0, 0.084])
-    feet = {
-        "left": Foot(position=apart, yaw=0.0, sole=sole),
-        "right": Foot(position=np.zeros(2), yaw=0.0, sole=sole),
-    }
-    planned = parametric_set(PENDULUM, dcm(PENDULUM, 1.5), feet, ("left",), step_time, limits).explicit
-    inner = Polytope(S=planned.S[:, [0, 2]], a=planned.a)
-    np.testing.assert_allclose(planned.S[:, 1::2] * PENDULUM.omega, inner.S, rtol=0, atol=1e-9)
-    sets = step_sets(PENDULUM, 1.0 + 1e-9, sole, limits, (step_time,), 1)
-    outer = sets.polygon(1, "right", step_time, apart, step_time=step_time)
-    corners = inner.vertices()
-    # The solver of the projection keeps rows to 1e-7.
-    assert (outer.slack(corners) >= -1e-6).all()
-    assert share < inner.area / outer.area < share + 0.02
-    ratio = supports(corners, DIRECTIONS) / supports(outer.vertices(), DIRECTIONS)
-    away = DIRECTIONS[:, 1] > -0.1
-    assert ratio[away].min() > 0.94
