@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from models.errors import InputError
-from scenarios.complaint import complaint, near
+from scenarios.error_messages import complaint, near
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
 from scenarios.push import COG
 from scenarios.schema import Scenario

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from models.errors import InputError
-from scenarios.complaint import near
+from scenarios.error_messages import near
 
 Kind = Literal["scenario", "suite"]
 _HERE = Path(__file__).parent

@@ -8,10 +8,10 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from scenarios.complaint import Tables
+from scenarios.error_messages import Tables
 from scenarios.fields import NotNegative, Positive, Strict, conflict, snap
+from scenarios.random_pushes import First, Random, Train
 from scenarios.schema import Controller, WholeBody, World
-from scenarios.suite_drawn import First, Random, Train
 from scenarios.variants import Variants
 
 MANY = 1_000_000

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from models.errors import InputError
 from scenarios.catalogue import load
-from scenarios.complaint import complaint
+from scenarios.error_messages import complaint
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
 from scenarios.push import Push
 from scenarios.schema import Scenario, World

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from sim.run_folder import DECISIONS, FIGURE, OUTCOME, SCENARIO, TRACE
-from sim.trace import load_trace
+from sim.episode.run_folder import DECISIONS, FIGURE, OUTCOME, SCENARIO, TRACE
+from sim.record.trace import load_trace
 
 HOUSE = Path(__file__).resolve().parent.parent
 PACKAGES = ("models", "controllers", "scenarios", "sim")

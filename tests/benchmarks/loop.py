@@ -9,7 +9,7 @@ from models.arena import build_arena
 from models.robot import STAND, load_robot
 from scenarios.catalogue import load
 from scenarios.schema import Scenario
-from sim.episode import run_episode
+from sim.episode.episode import run_episode
 from tests.benchmarks.timing import best_of, in_words, show, table
 
 # (name, overrides): standing on its own, then the paper's third push on an early clock with all that follows it.

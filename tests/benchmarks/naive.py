@@ -6,9 +6,9 @@ import numpy as np
 import polytope
 from scipy.optimize import linprog
 
-from controllers.moa import MoaSet
+from controllers.admissible.moa import MoaSet
+from controllers.admissible.tracking_sets import TrackingSets
 from controllers.pendulum import Pendulum
-from controllers.tracking_sets import TrackingSets
 
 _SAME = 1e-9
 

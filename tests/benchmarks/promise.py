@@ -1,7 +1,7 @@
 """What to count on when the recovery of a body is foretold: false safes and false alarms, by swing speed and margin.
 
-`BODY_SPEED` and `BODY_MARGIN` of `controllers/promise.py` are read off this table. Its pushes are those of the suite
-`truth`, but hard ones only, and of a seed of which no suite is. It takes ten minutes, so only by name.
+`BODY_SPEED` and `BODY_MARGIN` of `controllers/stepping/recoverability.py` are read off this table. Its pushes are those
+of the suite `truth`, but hard ones only, and of a seed of which no suite is. It takes ten minutes, so only by name.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from typing import Any
 
 from rich.progress import track
 
-from controllers.promise import BODY_MARGIN, BODY_SPEED, Promise
-from controllers.step_rule_sets import SetRule
-from controllers.supervisor import Supervisor
+from controllers.stepping.recoverability import BODY_MARGIN, BODY_SPEED, Promise
+from controllers.stepping.set_policy import SetRule
+from controllers.supervisor.supervisor import Supervisor
 from models.robot import load_robot
 from scenarios.schema import Scenario
 from scenarios.suite_catalogue import load_suite
-from sim.brain import SOFTER, make_brain
-from sim.episode import run_episode
-from sim.executors import local
-from sim.outcome import Result
-from sim.sweep_plan import plan, scenario_of
+from sim.episode.episode import run_episode
+from sim.episode.make_controller import SOFTER, make_brain
+from sim.record.outcome import Result
+from sim.sweep.executors import local
+from sim.sweep.plan import plan, scenario_of
 from tests.benchmarks.timing import show, table
 
 SEED, PUSHES, WORKERS = 1000, 720, 2

@@ -8,10 +8,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from scenarios.suite_catalogue import load_suite
-from sim.executors import local
-from sim.sweep import run_sweep
-from sim.sweep_agenda import Agenda
-from sim.sweep_progress import Progress
+from sim.sweep.executors import local
+from sim.sweep.progress import Progress
+from sim.sweep.scheduler import Agenda
+from sim.sweep.sweep import run_sweep
 from tests.benchmarks.timing import show, table
 
 SUITE = """description = "enough work to tell the rate of one worker from that of two"

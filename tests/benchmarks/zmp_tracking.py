@@ -8,13 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from controllers.signals import BalanceCommand, Controller, Decision, FootReference, Observation
-from controllers.support import support_polygon
+from controllers.geometry.support_polygon import support_polygon
+from controllers.interface import BalanceCommand, Controller, Decision, FootReference, Observation
 from models.arena import SIDES
 from models.robot import Robot, load_robot
 from scenarios.schema import Scenario
-from sim.plant import HumanoidPlant
-from sim.set_figures_walk import standing_feet
+from sim.episode.plant import HumanoidPlant
+from sim.set_study.walk import standing_feet
 from tests.benchmarks.timing import show, table
 
 AMPLITUDE = 0.008  # [m]

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from controllers.gains import Gain
+from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
 from controllers.pendulum import Pendulum
-from controllers.support import Foot, SupportPolygon, support_polygon
 
 # States at a time: all arrays of a sample then stay in the cache.
 _CHUNK = 4_000

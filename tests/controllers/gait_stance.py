@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from controllers.footholds import StepLimits
+from controllers.geometry.support_polygon import Foot
+from controllers.nstep.step_limits import StepLimits
 from controllers.pendulum import Pendulum
-from controllers.support import Foot
 from models.robot import Side
 
 OMEGA = math.sqrt(9.81 / 0.26)

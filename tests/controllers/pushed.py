@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controllers.footing import EDGE
+from controllers.stepping.contact_state import EDGE
 from scenarios.schema import Scenario
-from sim.episode import EpisodeResult, run_episode
+from sim.episode.episode import EpisodeResult, run_episode
 
 
 def scenario(*pushes: tuple[float, ...], controller: str = "supervisor", **fields: Any) -> Scenario:

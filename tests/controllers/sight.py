@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from controllers.signals import FootState, Observation
+from controllers.interface import FootState, Observation
 
 
 def seen(left: tuple[float, float], right: tuple[float, float], yaw: float = 0.0) -> Observation:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from controllers.gains import Gain, dcm, lqr, poles
+from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
 from controllers.pendulum import Pendulum
-from controllers.reference import Reference
-from controllers.support import Foot, SupportPolygon, support_polygon
+from controllers.reference.reference import Reference
 
 PENDULUM = Pendulum.from_height(0.3, 9.81, 0.005)
 _SOLE = np.array([[-0.04, -0.03], [0.06, -0.03], [0.06, 0.03], [-0.04, 0.03]])

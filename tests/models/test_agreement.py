@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from controllers.whole_body_placo import PlacoModel
+from controllers.whole_body.placo_model import PlacoModel
 from models.arena import SIDES, build_arena
 from models.robot import Robot, load_robot
 

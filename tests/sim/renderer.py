@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sim.video import missing_renderer
+from sim.viz.video import missing_renderer
 
 _missing = missing_renderer()
 needs_renderer = pytest.mark.skipif(_missing is not None, reason=str(_missing))

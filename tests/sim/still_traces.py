@@ -9,7 +9,7 @@ import numpy as np
 from models.arena import SIDES
 from models.robot import Robot, load_robot
 from scenarios.schema import Scenario
-from sim.trace import ROOT_CHANNELS, TRACE_CHANNELS, Trace
+from sim.record.trace import ROOT_CHANNELS, TRACE_CHANNELS, Trace
 
 PERIOD = 0.002
 ROBOT = load_robot("utmu2")

@@ -1,0 +1,108 @@
+"""COG regulator (18) about a stance, with the stiffest gain of its bank whose set holds the state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.admissible.gain_bank import GainBank, gain_bank
+from controllers.admissible.moa import MoaSet
+from controllers.gains import Gain
+from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
+from controllers.pendulum import Pendulum
+from models.robot import Side
+
+Array = NDArray[np.float64]
+
+# A stiffer gain is gone back to only with this much slack [m of ZMP], so that the rim of a set is no place to flutter.
+HYSTERESIS = 0.002
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Regulator:
+    """Keeps the COG over the middle of two standing feet (11) by state feedback (18).
+
+    Attributes:
+        gain: the gain asked for.
+        feet: where the feet stand.
+        polygon: their support polygon.
+        bank: it and the softer ones, with their MOA sets (21)-(24).
+    """
+
+    gain: Gain
+    feet: dict[Side, Foot]
+    polygon: SupportPolygon
+    bank: GainBank
+    _x_C: Array = field(repr=False)
+
+    @classmethod
+    def at(
+        cls, pendulum: Pendulum, gains: Sequence[Gain], feet: dict[Side, Foot], centre: Array | None = None
+    ) -> Regulator:
+        """Regulator of a stance; its MOA sets are computed here.
+
+        Args:
+            pendulum: model and period.
+            gains: the one asked for, then those to fall back on.
+            feet: where the feet stand.
+            centre: (2,) where to hold the COG [m]; None for the middle of the feet.
+        """
+        polygon = support_polygon([feet["left"], feet["right"]])
+        if centre is None:
+            centre = 0.5 * (feet["left"].position + feet["right"].position)
+        return cls(
+            gain=gains[0],
+            feet=feet,
+            polygon=polygon,
+            bank=gain_bank(pendulum, gains, polygon, centre),
+            _x_C=pendulum.rest(centre),
+        )
+
+    @property
+    def centre(self) -> Array:
+        """(2,) point that the COG is held over [m]."""
+        return self._x_C[0::2]
+
+    @property
+    def admissible(self) -> MoaSet:
+        """MOA set of the gain asked for."""
+        return self.bank[self.gain.name]
+
+    @property
+    def softest(self) -> MoaSet:
+        """MOA set of the gain that is given up last."""
+        return self.bank.sets[-1]
+
+    def slack(self, x: Array) -> float:
+        """Signed slack of state x (4,) in the union of the bank's sets [m of ZMP]."""
+        return self.bank.slack(x)
+
+    def choose(self, x: Array, present: Gain | None) -> Gain:
+        """The stiffest gain whose set holds state x (4,), else the softest; `present` is not left at the rim."""
+        for moa in self.bank.sets:
+            if moa.slack(x) >= (0.0 if moa.gain is present else HYSTERESIS):
+                return moa.gain
+        return self.softest.gain
+
+    def zmp(self, x: Array, gain: Gain | None = None, centre: Array | None = None) -> Array:
+        """ZMP command u (2,), (13) and (18) [m]; not limited to the polygon.
+
+        Args:
+            x: (4,) state.
+            gain: None for the one asked for.
+            centre: (2,) where to hold the COG instead of at `centre` [m].
+        """
+        F = self.gain.F if gain is None else gain.F
+        zmp = self.centre - F @ (x - self._x_C)
+        if centre is None:
+            return zmp
+        # The same law about another centre: u_C moves, and -F x_C with it.
+        shift = centre - self.centre
+        return np.asarray(zmp + shift + F @ np.array([shift[0], 0.0, shift[1], 0.0]))
+
+    def explain(self, x: Array) -> str:
+        """Which constraint is tightest, where and when, in the largest set."""
+        return self.softest.explain(x)

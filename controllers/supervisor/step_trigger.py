@@ -1,0 +1,70 @@
+"""When a step is due: the state has left the regulator's sets, or it surely will."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.supervisor.regulator import Regulator
+
+Array = NDArray[np.float64]
+
+# So long after a landing [s] the rate of the DCM is that of the impact and tells nothing of where it is going.
+SETTLING = 1.0
+# A state that is only extrapolated to leave the regulator's set must be this far outside [m of ZMP]: a weaker push is
+# over before it gets there.
+SURE = 0.04
+# Share by which the rate of the DCM follows its differences at each tick.
+RATE_FILTER = 0.3
+
+
+class StepTrigger:
+    """Watches the DCM.
+
+    Attributes:
+        rate: (2,) smoothed rate of the DCM [m/s].
+    """
+
+    def __init__(self, dt: float, lead: float) -> None:
+        """Begin to watch.
+
+        Args:
+            dt: control period [s].
+            lead: how far ahead the DCM is extrapolated [s]; 0 for not at all.
+        """
+        self.rate = np.zeros(2)
+        self._dt = dt
+        self._lead = lead
+        self._dcm: Array | None = None
+
+    def see(self, dcm: Array) -> None:
+        """Take in the DCM (2,) of this tick [m]."""
+        if self._dcm is not None:
+            self.rate = self.rate + RATE_FILTER * ((dcm - self._dcm) / self._dt - self.rate)
+        self._dcm = dcm
+
+    def ahead(self, dcm: Array, since_landing: float) -> Array:
+        """DCM (2,) that a step is looked for: where it goes to, once that can be told, else where it is [m].
+
+        Args:
+            dcm: (2,) now [m].
+            since_landing: time since a foot last landed [s].
+        """
+        if self._lead and since_landing > SETTLING:
+            return np.asarray(dcm + self._lead * self.rate)
+        return dcm
+
+    def reason(self, regulator: Regulator, x: Array, slack: float, by: Array) -> str:
+        """Why a step is due, in words; empty if none is.
+
+        Args:
+            regulator: whose sets are to hold the state.
+            x: (4,) state.
+            slack: of it in them [m of ZMP].
+            by: (2,) how far the DCM is looked ahead [m].
+        """
+        if slack < 0.0:
+            return "the state left the regulator's set"
+        if by.any() and regulator.slack(x + np.array([by[0], 0.0, by[1], 0.0])) < -SURE:
+            return "the state is about to leave it"
+        return ""

@@ -1,0 +1,158 @@
+"""The command line of what is concluded from a sweep: summary, report, envelope, baseline, check."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+
+from sim.cli.numbers import at_least
+
+if TYPE_CHECKING:
+    from sim.analysis.baseline import Baseline
+    from sim.analysis.check import Comparison
+
+# What takes long to import (statistics, pictures) is imported by the command that needs it.
+
+_Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the program."""
+    app.command(epilog="Example: okiagari summary out/sweep-smoke")(summary)
+    app.command(
+        epilog="""Examples:
+
+    okiagari report out/sweep-trunk_push
+
+    okiagari report out/sweep-smoke --baseline baselines/smoke.json --failures 0
+    """
+    )(report)
+    app.command(epilog="Example: okiagari envelope out/sweep-trunk_push --out docs/envelope.png")(envelope)
+    app.command(epilog="Example: okiagari baseline out/sweep-smoke --out baselines/smoke.json")(baseline)
+    app.command(epilog="Example: okiagari check out/sweep-smoke --baseline baselines/smoke.json")(check)
+
+
+def tell_unfinished(episodes: int, sweep: Mapping[str, Any]) -> None:
+    """Say on stderr that a sweep is not finished, if it is not: what is shown of it may change."""
+    if sweep.get("finished") != episodes:
+        print(f"okiagari: not finished: {episodes} of {sweep.get('planned')} episodes", file=sys.stderr)
+
+
+def summary(folder: _Folder) -> None:
+    """Print thresholds, rates and the score of the prediction, and write them to DIR/summary.json."""
+    from sim.analysis.summary import SUMMARY, print_summary, write_summary
+    from sim.results.table import read_sweep
+
+    made = write_summary(folder)
+    print_summary(made)
+    tell_unfinished(made["episodes"], read_sweep(folder))
+    print(folder / SUMMARY)
+
+
+def report(
+    folder: _Folder,
+    baseline: Annotated[Path | None, typer.Option(metavar="FILE", help="Baseline to compare with.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Page to write.", show_default="DIR/report.html")
+    ] = None,
+    failures: Annotated[
+        int, typer.Option(parser=at_least(0), metavar="N", help="Failures to run again and show frames of.")
+    ] = 4,
+) -> None:
+    """Write one page, complete in itself, that says what was run and what came of it."""
+    from sim.analysis.summary import write_summary
+    from sim.report.report import REPORT, write_report
+
+    path = out if out is not None else folder / REPORT
+    with Console(stderr=True).status("writing the report"):
+        write_report(folder, path, baseline=baseline, failures=failures)
+    write_summary(folder)
+    print(path)
+
+
+def envelope(
+    folder: _Folder,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Picture, .png or .svg.", show_default="DIR/envelope.png"),
+    ] = None,
+    case: Annotated[str | None, typer.Option(metavar="WORDS", help="Which case, if the suite has several.")] = None,
+) -> None:
+    """Draw the robust thresholds around the robot, and print them as a table in Markdown."""
+    from sim.analysis.summary import load_rows, write_summary
+    from sim.report.envelope import ENVELOPE, chosen_case, envelope_table, write_envelope
+    from sim.results.table import read_sweep
+
+    path = out if out is not None else folder / ENVELOPE
+    rows = load_rows(folder)
+    shown = chosen_case(rows, case)
+    write_envelope(shown, path)
+    print(envelope_table(shown, write_summary(folder)))
+    tell_unfinished(len(rows), read_sweep(folder))
+    print(path, file=sys.stderr)
+
+
+def baseline(
+    folder: _Folder,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File to write.", show_default="baselines/SUITE.json")
+    ] = None,
+) -> None:
+    """Write the outcomes of a sweep to a small text file, to be reviewed and committed."""
+    from sim.analysis.baseline import of_sweep, write_baseline
+    from sim.results.out_file import check_file
+
+    made = of_sweep(folder)
+    path = out if out is not None else Path("baselines") / f"{made.suite}.json"
+    check_file(path, "--out")
+    write_baseline(made, path)
+    print(path)
+
+
+def check(
+    folder: _Folder,
+    baseline: Annotated[Path, typer.Option(metavar="FILE", help="What to hold the sweep to.")],
+) -> None:
+    """Compare a sweep with a baseline, push by push; exit code 1 if recovery got worse beyond chance."""
+    from sim.analysis.baseline import of_sweep, read_baseline
+    from sim.analysis.check import compare
+
+    then, now = read_baseline(baseline), of_sweep(folder)
+    result = compare(then, now)
+    _print(result, then, folder)
+    if result.worse:
+        raise typer.Exit(1)
+
+
+def _print(result: Comparison, then: Baseline, folder: Path) -> None:
+    from sim.analysis.check import describe, replay_command
+
+    console = Console(highlight=False, soft_wrap=True)
+    colour, verdict = ("red", "worse") if result.worse else ("green", "not worse")
+    console.print(
+        f"[bold {colour}]{verdict}[/] than the baseline of {then.commit[:12]}: {result.counts}; "
+        f"{len(result.lost)} lost, {len(result.gained)} gained, exact McNemar p = {result.p:.3g}"
+    )
+    for name, (before, after) in result.versions.items():
+        console.print(f"  {name} {before} then, {after} now")
+    if result.unpaired:
+        console.print(f"  {result.unpaired} episodes that the baseline does not have were left out")
+    for shift in result.shifts:
+        one, mark = shift.after, " [red]more than one step[/]" if shift.levels < -1 else ""
+        where = "".join(f", {name} {value}" for name, value in one.case.items())
+        console.print(
+            f"  threshold of {one.controller} to {one.direction_deg:g}°{where}: "
+            f"{shift.before.delta_v:g} m/s then, {one.delta_v:g} m/s now{mark}"
+        )
+    if result.lost:
+        console.print("fewer pushes survived:" if result.trains else "no longer recovered:")
+    for row in result.lost:
+        if row["episode"] in result.unreached:
+            console.print(f"  {describe(row)}: not run again, its series had failed before it")
+        else:
+            console.print(f"  {describe(row)}\n    {replay_command(folder, row)}")

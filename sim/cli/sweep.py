@@ -1,0 +1,163 @@
+"""The command line of sweeps: sweep, replay."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from models.errors import InputError
+from scenarios.schema import World
+from scenarios.suite import MANY
+from scenarios.suite_catalogue import LoadedSuite, in_world, load_suite
+from sim.cli.numbers import at_least
+
+# What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the program."""
+    app.command(
+        epilog="""Examples:
+
+    okiagari sweep smoke
+
+    okiagari sweep my_suite.toml --out out/mine --workers 4
+
+    okiagari sweep trunk_push --world pendulum
+
+    okiagari sweep trunk_push --cluster tcp://127.0.0.1:8786
+    """
+    )(sweep)
+    app.command(epilog="Example: okiagari replay out/sweep-smoke 3f2a9c --video")(replay)
+
+
+def sweep(
+    suite: Annotated[
+        str,
+        typer.Argument(
+            help="smoke, trunk_push, cog_push, second_push, endurance, disturbed, truth, ablation, "
+            "or a .toml file of your own."
+        ),
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder to write, or to go on with.", show_default="out/sweep-SUITE")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(parser=at_least(1), metavar="N", help="Processes.", show_default="one a core")
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, instead of processes of this machine.")
+    ] = None,
+    world: Annotated[
+        World | None, typer.Option(help="Run all of it in this world only.", show_default="as the suite says")
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Run more than a million episodes, too.")] = False,
+) -> None:
+    """Run all episodes of a suite; the same command goes on where it was stopped."""
+    loaded = load_suite(suite) if world is None else in_world(load_suite(suite), world)
+    folder = out if out is not None else Path("out") / f"sweep-{loaded.name}{f'-{world}' if world else ''}"
+    run_suite(loaded, folder, workers=workers, cluster=cluster, many=yes)
+    _report(folder)
+
+
+def run_suite(
+    loaded: LoadedSuite, folder: Path, *, workers: int | None = None, cluster: str | None = None, many: bool = False
+) -> None:
+    """Run what a suite's folder lacks, and show how it goes.
+
+    Args:
+        loaded: the suite.
+        folder: of the sweep.
+        workers: processes of this machine; None for one a core.
+        cluster: address of a Dask scheduler instead.
+        many: whether more than a million episodes are run, too.
+
+    Raises:
+        InputError: if that is not possible; see `run_sweep`.
+    """
+    if cluster is not None and workers is not None:
+        raise InputError("--workers: the cluster's own workers run the episodes; give only one of it and --cluster")
+    count = loaded.suite.episodes
+    if count > MANY and not many:
+        raise InputError(f"{loaded.path}: makes {count} episodes; more than {MANY} are run only with --yes")
+
+    from sim.sweep import executors
+    from sim.sweep.progress import Progress
+    from sim.sweep.sweep import run_sweep
+
+    if cluster is not None:
+        chosen = executors.cluster(cluster)
+    else:
+        chosen = executors.local(workers or len(os.sched_getaffinity(0)))
+    with chosen as who, Progress(loaded.name) as progress:
+        run_sweep(loaded, folder, who, progress=progress)
+
+
+def replay(
+    folder: Annotated[Path, typer.Argument(help="Folder of a sweep.")],
+    episode: Annotated[str, typer.Argument(help="Name of an episode, or enough of its beginning.")],
+    video: Annotated[bool, typer.Option("--video", help="Write its run's folder, with figure and video.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder to write, new or empty.", show_default="DIR/replays/EPISODE")
+    ] = None,
+) -> None:
+    """Run one episode of a sweep again and confirm that every bit comes back; exit code 1 if not."""
+    from sim.episode import run_folder
+    from sim.sweep import replay as again
+
+    row = again.find_row(folder, episode)
+    name = row["episode"]
+    target = out if out is not None else folder / "replays" / name
+    if video or out is not None:
+        run_folder.check_target(target, overwrite=out is None)
+    if video:
+        from sim.viz.video import missing_renderer
+
+        note = missing_renderer()
+        if note:
+            raise InputError(f"--video: {note}")
+    if again.crashed(row):
+        print(row["traceback"])
+    result = again.replay(folder, name)
+    if video or out is not None:
+        from sim.viz.figures import draw_episode
+
+        with run_folder.staged(target, overwrite=out is None) as stage:
+            run_folder.write_records(stage, result.result)
+            draw_episode(result.result, stage / run_folder.FIGURE)
+            if video:
+                from sim.viz.video import render_episode
+
+                render_episode(result.result.trace, stage / run_folder.VIDEO)
+        print(target / (run_folder.VIDEO if video else run_folder.OUTCOME))
+    print(f"{name} {result.words()}")
+    if not result.identical:
+        raise typer.Exit(1)
+
+
+def _report(folder: Path) -> None:
+    from sim.analysis.summary import print_summary, write_summary
+    from sim.results.table import RESULTS, read_results
+
+    table = read_results(folder)
+    columns = ("world", "controller", "outcome")
+    counts = Counter(zip(*(table[column].to_pylist() for column in columns), strict=True))
+    console = Console(highlight=False)
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in columns[:2]:
+        shown.add_column(heading)
+    endings = ("recovered", "fell", "not_settled", "crashed")
+    for ending in endings:
+        shown.add_column(ending.replace("_", " "), justify="right")
+    for group in dict.fromkeys(key[:2] for key in sorted(counts)):
+        shown.add_row(*group, *(str(counts[(*group, ending)]) for ending in endings))
+    console.print(shown)
+    console.print(f"{table.num_rows} episodes in {folder / RESULTS}", soft_wrap=True)
+    print_summary(write_summary(folder))

@@ -1,0 +1,229 @@
+"""The humanoid in MuJoCo: servos, pushes with their delivered impulse, and what the controllers get to see."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+from dm_control import mujoco as dm_mujoco
+from dm_control.mujoco import wrapper
+from numpy.typing import NDArray
+
+from controllers.interface import FootState, JointTargets, Observation
+from models.arena import FLOOR, SIDES, build_arena
+from models.robot import STAND, TRUNK, Robot, Side
+from scenarios.push import COG
+from scenarios.schema import Disturbance, Scenario
+from sim.episode.push_schedule import PushLedger, schedule
+
+Array = NDArray[np.float64]
+
+
+class PushedPhysics(dm_mujoco.Physics):
+    """dm_control's physics with a schedule of pushes that act through `xfrc_applied`.
+
+    `legacy_step` (dm_control's default) keeps positions and velocities up to date after each step, so that an
+    observation is of the present and not of one physics step ago.
+    """
+
+    ledger: PushLedger
+    steps_done: int
+    bodies: list[int]
+
+    def after_reset(self) -> None:
+        """Work out the first observation with the servos on, which hold the initial pose already."""
+        self.forward()
+
+    def plan_pushes(self, ledger: PushLedger) -> None:
+        """Take a schedule of pushes, from physics step 0 on."""
+        self.ledger = ledger
+        self.steps_done = 0
+        # MuJoCo's body 0 is the world, which stands here for all bodies.
+        self.bodies = [0 if push.push.body == COG else self.model.body(push.push.body).id for push in ledger.scheduled]
+
+    def step(self, nstep: int = 1) -> None:
+        """Advance by `nstep` physics steps, each with the force of the push that acts in it."""
+        index = self.ledger.active(self.steps_done, self.steps_done + nstep)
+        if index is None:
+            super().step(nstep)
+            self.steps_done += nstep
+            return
+        for _ in range(nstep):
+            force = self.ledger.force(index, self.steps_done)
+            if force is not None:
+                self._apply(index, force)
+            super().step(1)
+            self.steps_done += 1
+            self.data.ptr.xfrc_applied[self.bodies[index] or slice(None)] = 0.0
+
+    def push_point(self, index: int) -> Array:
+        """(3,) where a push acts now, world frame [m]."""
+        data, body, push = self.data.ptr, self.bodies[index], self.ledger.scheduled[index].push
+        if not body:
+            return data.subtree_com[0].copy()
+        if push.point is None:
+            point = data.xipos[body].copy()
+        else:
+            point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ np.array(push.point)
+        point[2] += push.height
+        return point
+
+    def _apply(self, index: int, force: Array) -> None:
+        data, body, push = self.data.ptr, self.bodies[index], self.ledger.scheduled[index].push
+        if not body:
+            mass = self.model.ptr.body_mass
+            data.xfrc_applied[:, :3] = np.outer(mass / mass.sum(), force)
+            self.ledger.book(index, data.xfrc_applied[:, :3].sum(axis=0))
+            return
+        wrench = data.xfrc_applied[body]
+        wrench[:3] = force
+        if push.point is not None or push.height:
+            wrench[3:] = np.cross(self.push_point(index) - data.xipos[body], force)
+        self.ledger.book(index, wrench[:3])
+
+
+class HumanoidWorld:
+    """The whole body on the floor.
+
+    Attributes:
+        physics: the simulation; also what the dm_env environment is built on.
+        robot: its facts.
+        substeps: physics steps in a control period.
+    """
+
+    def __init__(self, scenario: Scenario, robot: Robot) -> None:
+        """Compile the scene.
+
+        Args:
+            scenario: gives the periods, the pushes and the seeded variation.
+            robot: facts of the robot that the scenario names.
+        """
+        self.robot = robot
+        self.substeps = scenario.timing.substeps
+        self._scenario = scenario
+        self._dt = scenario.timing.control
+        model = build_arena(robot.path, timestep=scenario.timing.physics).compile()
+        _disturb(model, scenario.disturbance)
+        self.physics: PushedPhysics = PushedPhysics.from_model(wrapper.MjModel(model))
+        self._model, self._data = self.physics.model.ptr, self.physics.data.ptr
+        self._trunk = model.body(TRUNK).id
+        self._site: dict[Side, int] = {side: model.site(f"{side}_sole").id for side in SIDES}
+        self._sole_at: dict[Side, int] = {side: int(model.sensor(f"{side}_sole").adr[0]) for side in SIDES}
+        self._servo = _servo_columns(model)
+        self._motor = _motor_order(model)
+        self._floor_at = int(model.sensor(FLOOR).adr[0])
+        self._controls = np.zeros((len(robot.joint_names), 3))
+        self.ticks = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Start the episode anew."""
+        with self.physics.reset_context():
+            self.arrange()
+
+    def arrange(self) -> None:
+        """Put the robot into its stand, varied by the scenario's seed, with the servos holding it.
+
+        To be called within a `reset_context` of the physics, as `reset` and dm_control's environments do.
+        """
+        scenario, model, data = self._scenario, self._model, self._data
+        period = scenario.timing.physics
+        self.physics.plan_pushes(PushLedger(schedule(scenario.pushes, period, self.robot.mass), period))
+        mujoco.mj_resetDataKeyframe(model, data, model.key(STAND).id)
+        rng = np.random.default_rng(scenario.seed)
+        offset = rng.normal(0.0, scenario.variation.pose, len(self.robot.joint_names))
+        low, high = self.robot.joint_range.T
+        data.qpos[7:] = np.clip(data.qpos[7:] + offset, low, high)
+        mujoco.mj_kinematics(model, data)
+        # The varied legs must neither hover nor sink: the lower sole touches the floor.
+        data.qpos[2] -= min(float(data.site_xpos[site][2]) for site in self._site.values())
+        still = np.zeros(len(self.robot.joint_names))
+        self.set_targets(JointTargets(position=data.qpos[7:], velocity=still, torque=still))
+        self.ticks = 0
+
+    @property
+    def time(self) -> float:
+        """Time at the start of the present control tick [s]."""
+        return self.ticks * self._dt
+
+    def observe(self) -> Observation:
+        """What the controllers see now; arrays are copies."""
+        data = self._data
+        total, moment_x, moment_y, feet = 0.0, 0.0, 0.0, {}
+        for side, site in self._site.items():
+            at = self._sole_at[side]
+            # found, net force of the sole on the floor (3), torque (3), point (3), in the world frame
+            _, _, _, down, _, _, _, px, py, _ = data.sensordata[at : at + 10].tolist()
+            normal = -down
+            total += normal
+            moment_x += normal * px
+            moment_y += normal * py
+            cos, _, _, sin = data.site_xmat[site, :4].tolist()
+            feet[side] = FootState(position=data.site_xpos[site].copy(), yaw=math.atan2(sin, cos), force=normal)
+        loaded = total > 1e-6
+        return Observation(
+            time=self.time,
+            cog=data.subtree_com[self._trunk].copy(),
+            cog_velocity=data.subtree_linvel[self._trunk].copy(),
+            angular_momentum=data.subtree_angmom[self._trunk].copy(),
+            zmp=np.array([moment_x / total, moment_y / total] if loaded else [math.nan, math.nan]),
+            feet=feet,
+            configuration=data.qpos.copy(),
+            velocity=data.qvel.copy(),
+        )
+
+    def set_targets(self, targets: JointTargets) -> None:
+        """Give the servos their targets."""
+        controls = self._controls
+        controls[:, 0], controls[:, 1], controls[:, 2] = targets.position, targets.velocity, targets.torque
+        self._data.ctrl[self._servo] = controls.ravel()
+
+    def apply(self, targets: JointTargets) -> None:
+        """Give the servos their targets and run one control period."""
+        self.set_targets(targets)
+        self.physics.step(self.substeps)
+        self.tick_done()
+
+    def tick_done(self) -> None:
+        """Count a control period that the physics has run."""
+        self.ticks += 1
+
+    def trunk_tilt(self) -> float:
+        """Angle between the trunk's z axis and the vertical [rad]."""
+        return math.acos(min(1.0, max(-1.0, float(self._data.xmat[self._trunk][8]))))
+
+    def other_contact(self) -> bool:
+        """Whether anything but a sole touches the floor."""
+        counts = self._data.sensordata
+        soles = counts[self._sole_at["left"]] + counts[self._sole_at["right"]]
+        return bool(counts[self._floor_at] > soles)
+
+    def motor_state(self) -> tuple[Array, Array]:
+        """(n,) torque [N m] and (n,) speed [rad/s] of the motors, as views."""
+        return self._data.actuator_force[self._motor], self._data.qvel[6:]
+
+
+def _disturb(model: mujoco.MjModel, disturbance: Disturbance) -> None:
+    """Make the world differ from what the controllers know of it."""
+    if disturbance.mass_scale != 1.0:
+        model.body_mass *= disturbance.mass_scale
+        model.body_inertia *= disturbance.mass_scale
+        # What MuJoCo derives from masses when it compiles.
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+    if disturbance.friction is not None:
+        model.geom(FLOOR).friction[0] = disturbance.friction
+
+
+def _motor_order(model: mujoco.MjModel) -> slice | NDArray[np.intp]:
+    """Index of each joint's actuator, in the robot's joint order; a slice if they are in that order already."""
+    by_joint = {int(joint): i for i, joint in enumerate(model.actuator_trnid[:, 0])}
+    order = np.array([by_joint[joint] for joint in range(1, model.njnt)])
+    return slice(None) if (order == np.arange(len(order))).all() else order
+
+
+def _servo_columns(model: mujoco.MjModel) -> slice | NDArray[np.intp]:
+    """Index of the three controls (position, velocity, torque) of each joint after another, as `_motor_order`."""
+    first = model.actuator_ctrladr[_motor_order(model)]
+    columns = (first[:, None] + np.arange(3)).ravel()
+    return slice(None) if (columns == np.arange(model.nu)).all() else columns

@@ -1,0 +1,260 @@
+"""Writes an episode down: a row a control tick, and what each push did."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import asdict, dataclass
+from operator import sub
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
+from controllers.interface import BalanceCommand, Controller, Decision, Observation
+from models.arena import SIDES
+from models.robot import Robot
+from scenarios.schema import Scenario
+from sim.episode.make_controller import Brain, Foreteller
+from sim.episode.plant import Condition, Effort, Plant
+from sim.episode.set_polygons import Plane, SetPolygon, admissible_polygons
+from sim.record.motors import MotorLog, MotorUse
+from sim.record.outcome import EarlyEnd
+from sim.record.trace import Trace, TraceRecorder
+from sim.record.versions import commit, versions
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PushRecord:
+    """What a push was, did and was answered with.
+
+    Attributes:
+        start, duration: [s].
+        direction_deg: horizontal direction, 0 forward, 90 left [deg].
+        body: where it acted.
+        asked_impulse, delivered_impulse: [N s]; delivered is summed from the forces the physics was given.
+        delta_v: asked impulse / mass [m/s].
+        delta_v_over_omega: the same as a distance, for comparison with the distance to the edge of the feet [m].
+        cog_velocity_after: (3,) at its end [m/s].
+        regulator_slack, tracking_slack: signed slack of the sets at its end: of the regulator of the latest double
+            support [m of ZMP], and of the steps under way or, under the regulator, of the best from there [m of DCM;
+            of ZMP for the paper's reference].
+        in_regulator_set, in_tracking_set: the same as membership.
+        chosen: who answered: "tracker" if it took over before the next push, else who was in charge at its start.
+        reached: whether the episode lasted until its end.
+    """
+
+    start: float
+    duration: float
+    direction_deg: float
+    body: str
+    asked_impulse: float
+    delivered_impulse: float
+    delta_v: float
+    delta_v_over_omega: float
+    cog_velocity_after: tuple[float, float, float] | None
+    regulator_slack: float | None
+    tracking_slack: float | None
+    in_regulator_set: bool | None
+    in_tracking_set: bool | None
+    chosen: str
+    reached: bool
+
+
+class Recording:
+    """The record of one episode, filled tick by tick.
+
+    A tick is recorded in two halves: `see` before the physics runs, `close` after it.
+
+    Attributes:
+        period: control period [s].
+        set_polygons: outlines of the sets at the end of each push that left the regulator's set, and of the last.
+        aside: wall time spent on those outlines [s], which are no part of the control loop.
+    """
+
+    def __init__(self, scenario: Scenario, plant: Plant, *, polygons: bool = False) -> None:
+        robot = plant.robot
+        self.set_polygons: tuple[SetPolygon, ...] = ()
+        self.aside = 0.0
+        self._polygons = polygons
+        joints = robot.joint_names if scenario.world == "humanoid" else None
+        self.period = scenario.timing.control
+        self._scenario = scenario
+        self._robot = robot
+        self._recorder = TraceRecorder(scenario.ticks, joints=joints)
+        self._at = _Columns(self._recorder, joints is not None)
+        last = max((push.end for push in scenario.pushes), default=None)
+        self._early = EarlyEnd(self._recorder.index, cog_height=robot.cog_height, last_push=last)
+        self._ended: dict[int, dict[str, Any]] = {}
+        self._support: tuple[list[float], SupportPolygon] | None = None
+        self._row = np.empty(0)
+        self._brain: Brain | None = None
+        self._foreteller: Foreteller | None = None
+        self._motors = MotorLog(robot, scenario.ticks if joints else 0)
+
+    def see(self, observation: Observation, condition: Condition, command: BalanceCommand, brain: Brain) -> bool:
+        """Write the state and the command of this tick; True if the episode may end here."""
+        at, row = self._at, self._recorder.row()
+        self._row = row
+        row[at.push : at.push + 3] = 0.0
+        x = observation.balance_state()
+        row[at.time] = observation.time
+        row[at.cog : at.cog + 3] = observation.cog
+        row[at.cog + 3 : at.cog + 6] = observation.cog_velocity
+        row[at.zmp : at.zmp + 2] = observation.zmp
+        row[at.zmp + 2 : at.zmp + 4] = command.zmp
+        for side in SIDES:
+            foot, column = observation.feet[side], at.feet[side]
+            row[column : column + 3] = foot.position
+            row[column + 3] = foot.yaw
+            row[column + 4] = foot.force
+            row[column + 5] = command.feet[side].stance
+        row[at.tilt] = condition.trunk_tilt
+        row[at.tilt + 1] = condition.other_contact
+        row[at.controller] = brain.controller.value
+        row[at.controller + 1] = brain.steps
+        if brain is not self._brain:
+            # Asking a protocol takes 40 us.
+            self._brain, self._foreteller = brain, brain if isinstance(brain, Foreteller) else None
+        if self._foreteller is not None:
+            row[at.slack : at.slack + 2] = self._foreteller.slacks
+        row[at.slack + 2] = self._support_slack(observation)
+        if at.root is not None:
+            row[at.root :] = observation.configuration
+        self._note_ended_pushes(observation, x, brain)
+        return self._early.update(row)
+
+    def close(self, effort: Effort, plant: Plant) -> None:
+        """Write how the tick went: the mean force of the push, where it acted, and the motors."""
+        at, row = self._at, self._row
+        pushed = plant.ledger.take()
+        if pushed is not None:
+            index, impulse = pushed
+            row[at.push : at.push + 3] = impulse / self.period
+            row[at.push + 3 : at.push + 6] = plant.push_point(index)
+        row[at.effort] = effort.solver_failed
+        if effort.torque is not None and effort.speed is not None:
+            self._motors.add(effort.torque, effort.speed)
+
+    def trace(self) -> Trace:
+        """The record so far."""
+        self._recorder.fill(self._motors.channels())
+        return self._recorder.trace(
+            {
+                "scenario": self._scenario.as_dict(),
+                "robot": robot_facts(self._robot),
+                "versions": versions(),
+                "commit": commit(),
+                "seed": self._scenario.seed,
+            }
+        )
+
+    def motors(self) -> MotorUse | None:
+        """How much of the motors was used so far; None for the pendulum."""
+        return self._motors.use(self.period)
+
+    def pushes(self, plant: Plant, decisions: list[Decision], brain: Brain) -> list[PushRecord]:
+        """What became of each push."""
+        records = []
+        scheduled = plant.ledger.scheduled
+        for index, cut in enumerate(scheduled):
+            push, ended = cut.push, self._ended.get(index, {})
+            until = scheduled[index + 1].push.start if index + 1 < len(scheduled) else math.inf
+            stepped = any(
+                push.start <= d.time < until and d.controller is Controller.TRACKER and d.plan for d in decisions
+            )
+            in_charge = next((d.controller for d in reversed(decisions) if d.time <= push.start), brain.controller)
+            asked = float(np.linalg.norm(push.impulse_vector(self._robot.mass)))
+            records.append(
+                PushRecord(
+                    start=push.start,
+                    duration=push.duration,
+                    direction_deg=push.direction_deg,
+                    body=push.body,
+                    asked_impulse=asked,
+                    delivered_impulse=float(np.linalg.norm(plant.ledger.delivered[index])),
+                    delta_v=asked / self._robot.mass,
+                    delta_v_over_omega=asked / self._robot.mass / self._robot.omega,
+                    cog_velocity_after=ended.get("velocity"),
+                    regulator_slack=ended.get("regulator_slack"),
+                    tracking_slack=ended.get("tracking_slack"),
+                    in_regulator_set=_member(ended.get("regulator_slack")),
+                    in_tracking_set=_member(ended.get("tracking_slack")),
+                    chosen=_name(in_charge, stepping=stepped),
+                    reached=index in self._ended,
+                )
+            )
+        return records
+
+    def _note_ended_pushes(self, observation: Observation, x: Array, brain: Brain) -> None:
+        for index, push in enumerate(self._scenario.pushes):
+            if index in self._ended or observation.time < push.end - 1e-9:
+                continue
+            ended: dict[str, Any] = {"velocity": tuple(observation.cog_velocity.tolist())}
+            if self._foreteller is not None:
+                regulator, tracking = self._foreteller.foretell()
+                ended |= {"regulator_slack": regulator, "tracking_slack": tracking}
+                last = index == len(self._scenario.pushes) - 1
+                if self._polygons and (last or not regulator >= 0.0):
+                    begin = time.perf_counter()
+                    along = np.abs(push.unit)
+                    plane: Plane = "x-xdot" if along[0] >= along[1] else "y-ydot"
+                    self.set_polygons += admissible_polygons(brain, x, push=index + 1, planes=(plane,))
+                    self.aside += time.perf_counter() - begin
+            self._ended[index] = ended
+
+    def _support_slack(self, observation: Observation) -> float:
+        """Distance of the measured ZMP from the edge of the soles on the floor [m]; NaN without floor contact."""
+        feet = [foot for side in SIDES if (foot := observation.feet[side]).force > 0.0]
+        if not feet or math.isnan(observation.zmp[0]):
+            return math.nan
+        key = [value for foot in feet for value in (*foot.position[:2].tolist(), foot.yaw)]
+        known = self._support
+        if known is None or len(key) != len(known[0]) or max(map(abs, map(sub, key, known[0]))) > 1e-4:
+            sole = self._robot.sole_vertices["left"]
+            soles = [Foot(position=foot.position[:2], yaw=foot.yaw, sole=sole) for foot in feet]
+            self._support = known = key, support_polygon(soles)
+        return known[1].slack(observation.zmp)
+
+
+class _Columns:
+    """Where the blocks of a row begin."""
+
+    def __init__(self, recorder: TraceRecorder, humanoid: bool) -> None:
+        index = recorder.index
+        self.time, self.cog, self.zmp = index["time"], index["cog_x"], index["zmp_x"]
+        self.feet = {side: index[f"{side}_x"] for side in SIDES}
+        self.tilt, self.push = index["trunk_tilt"], index["push_fx"]
+        self.controller, self.slack = index["controller"], index["regulator_slack"]
+        self.effort = index["solver_failed"]
+        self.root = index["root_x"] if humanoid else None
+
+
+def robot_facts(robot: Robot) -> dict[str, Any]:
+    """What a reader of a trace needs to know of the robot; JSON types only."""
+    return {
+        "name": robot.name,
+        "path": robot.path.name,
+        "mass": robot.mass,
+        "gravity": robot.gravity,
+        "cog_height": robot.cog_height,
+        "omega": robot.omega,
+        "sole_vertices": {side: robot.sole_vertices[side].tolist() for side in SIDES},
+    }
+
+
+def decision_as_dict(decision: Decision) -> dict[str, Any]:
+    """A decision of JSON types; NaN becomes null."""
+    fields = asdict(decision) | {"controller": _name(decision.controller, stepping=bool(decision.plan))}
+    return {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in fields.items()}
+
+
+def _name(controller: Controller, *, stepping: bool) -> str:
+    return "tracker" if stepping else controller.name.lower()
+
+
+def _member(slack: float | None) -> bool | None:
+    return None if slack is None else slack >= 0.0

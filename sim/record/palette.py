@@ -1,0 +1,25 @@
+"""One colour for each thing, the same in videos and figures (the paper's, where it has one)."""
+
+from __future__ import annotations
+
+from controllers.interface import Controller
+
+COG = "#1f5fd6"
+ZMP = "#d62020"
+ZMP_COMMAND = "#f08a8a"
+DCM = "#f08000"
+SUPPORT = "#2ca02c"
+PUSH = "#8a1fb0"
+FEET = "#202020"
+
+REGULATOR = "#1f5fd6"
+TRACKER = "#239023"
+STATUE = "#808080"
+PAPER = "#b8860b"
+
+CONTROLLERS = {Controller.REGULATOR: REGULATOR, Controller.TRACKER: TRACKER, Controller.STATUE: STATUE}
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Red, green and blue, 0 to 255, of "#rrggbb"."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)

@@ -1,0 +1,145 @@
+"""The failures that ask for an explanation, run again and shown as strips of frames."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PIL import Image
+
+from models.errors import OkiagariError
+from scenarios.schema import Scenario
+from sim.analysis.prediction_score import predicted_safe, sets_asked, signed_slack
+from sim.analysis.statistics import Row, number, recovered
+from sim.episode.episode import run_episode
+from sim.record.outcome import last_push_end
+from sim.record.trace import Trace
+from sim.viz.film_strip import Frame, part_of, strip_frames
+from sim.viz.video import missing_renderer
+
+_BEFORE, _AFTER = 0.1, 0.15  # [s] shown before the push and after the fall
+_LONGEST = 4.0  # [s] shown after a push that nobody fell from
+_QUALITY = 82
+
+
+@dataclass(frozen=True, kw_only=True)
+class Failure:
+    """An episode that was not recovered, and why it is shown.
+
+    Attributes:
+        row: of the sweep's table.
+        why: what is remarkable about it.
+    """
+
+    row: Row
+    why: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strip:
+    """Frames of an episode.
+
+    Attributes:
+        frames: (time since the start of the push [s], data URI of a JPEG), in order; empty if there are none.
+        note: why there are none, or that the episode ended otherwise this time.
+    """
+
+    frames: tuple[tuple[float, str], ...]
+    note: str | None
+
+
+def worst_failures(rows: Sequence[Row], count: int) -> list[Failure]:
+    """The failures that should least have happened, of the best controller of the table.
+
+    First what crashed; then in turn the weakest pushes, relative to the no-step limit, and the states with the most
+    slack that were lost all the same; no two of the same direction and size.
+    """
+    best = next((name for name in ("supervisor", "regulator") if any(r["controller"] == name for r in rows)), None)
+    lost = [row for row in rows if not recovered(row) and best in (None, row["controller"])]
+    crashed = [Failure(row=row, why="It crashed") for row in lost if row["outcome"] == "crashed"]
+    fallen = [row for row in lost if row["outcome"] != "crashed"]
+    weakest = [
+        Failure(row=row, why=f"The weakest push that was not recovered, {_size(row)}")
+        for row in sorted(fallen, key=lambda row: (_relative(row), str(row["episode"])))
+    ]
+    safe = sorted(
+        (row for row in fallen if predicted_safe(row)), key=lambda row: (-(signed_slack(row) or 0.0), row["episode"])
+    )
+    surprises = [
+        Failure(row=row, why=f"Predicted safe, with {1e3 * (signed_slack(row) or 0.0):.1f} mm of slack, and lost")
+        for row in safe
+    ]
+    taken: dict[tuple[float | None, float | None], Failure] = {}
+    queues = [crashed, weakest, surprises]
+    while any(queues) and len(taken) < count:
+        for queue in queues:
+            while queue:
+                failure = queue.pop(0)
+                key = (number(failure.row["direction_deg"]), number(failure.row["delta_v"]))
+                if key not in taken and len(taken) < count:
+                    taken[key] = failure
+                    break
+    return list(taken.values())
+
+
+def _relative(row: Row) -> float:
+    size = number(row["delta_v_over_omega_d"])
+    return float(row["delta_v"]) if size is None else size
+
+
+def _size(row: Row) -> str:
+    size = number(row["delta_v_over_omega_d"])
+    return f"{row['delta_v']:.2f} m/s" if size is None else f"Δv/(ωd) = {size:.2f}"
+
+
+def film_strip(row: Row) -> Strip:
+    """Run an episode of a sweep's table again and take frames of it from its pushes to the fall.
+
+    Args:
+        row: of the table, or of one push of a train (see `each_push`).
+    """
+    note = missing_renderer()
+    if note is not None:
+        return Strip(frames=(), note=note)
+    if row["outcome"] == "crashed":
+        return Strip(frames=(), note="it crashed, so there is nothing to see")
+    scenario = Scenario.model_validate(json.loads(row["scenario"]))
+    try:
+        result = run_episode(scenario, polygons=False)
+        # Of a train, the push that the row is of; else also the push before the one that was asked for.
+        train, pushes = row["train"] is not None, scenario.pushes
+        start = float(row["push_start"]) if train else pushes[-1].start
+        frames = _frames(result.trace, start, start if train else pushes[0].start, result.outcome.time_of_fall)
+    except OkiagariError as error:
+        return Strip(frames=(), note=str(error))
+    outcome = result.outcome.result.value
+    same = outcome == row["outcome"]
+    words = f"run again for this picture, with these versions, it ended otherwise: {outcome.replace('_', ' ')}"
+    return Strip(frames=tuple(frames), note=None if same else words)
+
+
+def _frames(trace: Trace, start: float, begin: float, fall: float | None) -> list[tuple[float, str]]:
+    end = last_push_end(trace.metadata["scenario"]) + _LONGEST if fall is None else fall + _AFTER
+    frames = strip_frames(part_of(trace, begin - _BEFORE, end))
+    return [(moment - start, _jpeg(frame)) for moment, frame in frames]
+
+
+def _jpeg(picture: Frame) -> str:
+    stream = io.BytesIO()
+    Image.fromarray(picture).save(stream, format="JPEG", quality=_QUALITY, optimize=True)
+    return "data:image/jpeg;base64," + base64.b64encode(stream.getvalue()).decode()
+
+
+def law_words(row: Row) -> str:
+    """What the sets said of the state at the end of the push, in words."""
+    parts = []
+    for name in sets_asked(row):
+        slack = number(row.get(f"{name}_slack_end"))
+        if slack is not None:
+            where = "no step within reach" if not np.isfinite(slack) else f"{1e3 * slack:+.1f} mm"
+            parts.append(f"{name} set {where}")
+    return ", ".join(parts) or "no set was asked"

@@ -1,0 +1,83 @@
+"""A train of pushes: which were survived, and the row of the episode as one row for each push."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from scenarios.push import Push
+from sim.analysis.statistics import Row, recovered
+from sim.record.outcome import Reason
+from sim.results.prediction import foretold
+from sim.results.push_size import push_columns
+
+# Who only reads tables needs no physics.
+if TYPE_CHECKING:
+    from sim.episode.episode import EpisodeResult
+    from sim.episode.recording import PushRecord
+
+SURVIVED = "pushes_survived"
+"""Column of the number of pushes that were survived; null in a row that is no train, or that crashed."""
+
+
+def stood_until(result: EpisodeResult) -> float:
+    """When an episode fell or its state was no longer finite [s]; infinite if neither happened."""
+    outcome = result.outcome
+    if outcome.time_of_fall is not None:
+        return outcome.time_of_fall
+    return float(result.trace.time[-1]) if outcome.reason is Reason.NOT_FINITE else math.inf
+
+
+def train_columns(result: EpisodeResult) -> dict[str, Any]:
+    """The columns that say how many pushes of a train were survived.
+
+    A push is survived if it stood from there until the next one began; the last one, if it never fell.
+    """
+    end, pushes = stood_until(result), result.pushes
+    nexts = [*(push.start for push in pushes[1:]), math.inf]
+    # Whoever never fell stood until the end of time, and so after the last push, too.
+    count = sum(end >= following for following in nexts)
+    told = [
+        _told(result, push, asked, survived=i < count, until=following)
+        for i, (push, asked, following) in enumerate(zip(pushes, result.scenario.pushes, nexts, strict=True))
+        if push.start < end
+    ]
+    return {
+        SURVIVED: count,
+        "total_impulse": sum(push.delivered_impulse for push in pushes[:count]),
+        "delivered_impulse": sum(push.delivered_impulse for push in pushes),
+        "pushes": json.dumps(told, allow_nan=False),
+    }
+
+
+def _told(result: EpisodeResult, push: PushRecord, asked: Push, *, survived: bool, until: float) -> dict[str, Any]:
+    said = foretold(push, result.decisions, until)
+    # JSON knows no infinity; that no step was within reach is told by the membership.
+    finite = {name: None if isinstance(value, float) and math.isinf(value) else value for name, value in said.items()}
+    return {"start": push.start, "survived": survived, **push_columns(result.robot, asked), **finite}
+
+
+def each_push(rows: Iterable[Row]) -> list[Row]:
+    """Rows with each train taken apart: a row for each push that began, recovered if it was survived.
+
+    What was foretold of a push and how large it was is then where it is in the row of a single push.
+    """
+    found: list[Row] = []
+    for row in rows:
+        if row.get("pushes") is None:
+            found.append(row)
+            continue
+        for push in json.loads(row["pushes"]):
+            told = {name: value for name, value in push.items() if name not in ("start", "survived")}
+            outcome = "recovered" if push["survived"] else row["outcome"]
+            where = {"push_start": push["start"], "push_direction_deg": push["direction_deg"]}
+            found.append({**row, **told, **where, "outcome": outcome})
+    return found
+
+
+def score(row: Row) -> int:
+    """How well an episode went: pushes of a train that were survived, else 1 if it was recovered."""
+    survived = row.get(SURVIVED)
+    return int(recovered(row)) if survived is None else int(survived)

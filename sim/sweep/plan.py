@@ -1,0 +1,265 @@
+"""The episodes of a suite: names, seeds and scenarios, each from its own parameters alone."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from controllers.gains import GainError
+from controllers.pendulum import Pendulum
+from models.errors import InputError
+from models.robot import Robot
+from scenarios.catalogue import check_against
+from scenarios.error_messages import complaint
+from scenarios.files import robot_beside
+from scenarios.push import Push
+from scenarios.random_pushes import Random
+from scenarios.schema import Scenario
+from scenarios.suite import SIZES, Suite
+from scenarios.suite_catalogue import START, LoadedSuite
+from scenarios.variants import changed, parameter_of
+from sim.episode.make_controller import make_gain
+from sim.results.push_size import robot_named
+from sim.sweep.pushes import DIGITS, canonical, first_push, sized, stream, train_pushes
+
+# Who answers the push does not change what is drawn: controllers are compared push by push.
+_WHO = ("world", "controller", "whole_body")
+_SCENARIO = ("robot", "world", "controller", "whole_body")
+_DISTURBANCE = ("mass_scale", "friction", "delay", "noise_position", "noise_velocity")
+_TABLES = ("train", "first")
+_PUSH = ("body", "direction", "delta_v", "impulse", "duration", "start", "height")
+# Sets what a replica draws apart from what else is drawn with the episode's seed.
+_STREAM = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Episode:
+    """One episode of a suite.
+
+    Attributes:
+        name: short hash of the suite's seed and the parameters.
+        suite: name of the suite.
+        series: what adaptive series it belongs to; else its own name.
+        seed: of the scenario.
+        parameters: what was asked, as in the suite; one of delta_v, impulse and relative, `direction` unless the base
+            scenario gives a vector, but neither of a `train`, whose pushes differ; `first` if there is a push before
+            it; `variant`, with the `changes` that are no parameters themselves, if there are variants.
+    """
+
+    name: str
+    suite: str
+    series: str
+    seed: int
+    parameters: Mapping[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Series:
+    """Episodes that are run one after another.
+
+    Attributes:
+        name: the same for the same parameters.
+        episodes: in order.
+        stop_after: so many failures in a row end it; None for never.
+    """
+
+    name: str
+    episodes: tuple[Episode, ...]
+    stop_after: int | None = None
+
+
+def plan(loaded: LoadedSuite) -> list[Series]:
+    """All episodes of a suite, in series that may be run side by side.
+
+    Raises:
+        InputError: if one of them is impossible.
+    """
+    suite, adaptive = loaded.suite, loaded.suite.adaptive
+    check = _checker(loaded)
+    groups: dict[str, list[Episode]] = {}
+    for asked, design in itertools.product(_conditions(loaded), _designs(suite)):
+        for replica in range(suite.replicas):
+            parameters = asked | {"replica": replica} | design
+            name = _hash(loaded, parameters)
+            alike = {key: value for key, value in parameters.items() if key != suite.size_axis}
+            if adaptive is None:
+                series = name
+            elif adaptive.each_replica:
+                series = _hash(loaded, alike)
+            else:
+                series = _hash(loaded, {key: value for key, value in alike.items() if key != "replica"})
+            drawn = asked | {"replica": replica}
+            seed = _seed(loaded, {key: value for key, value in drawn.items() if key not in _WHO})
+            episode = Episode(name=name, suite=loaded.name, series=series, seed=seed, parameters=parameters)
+            groups.setdefault(series, []).append(episode)
+            check(episode)
+    names = [episode.name for group in groups.values() for episode in group]
+    assert len(set(names)) == len(names), "two episodes of one name"
+    if adaptive is None:
+        return [Series(name=name, episodes=tuple(group)) for name, group in groups.items()]
+    size = suite.size_axis or ""
+    grown = {
+        name: tuple(sorted(group, key=lambda episode: (episode.parameters[size], episode.parameters["replica"])))
+        for name, group in groups.items()
+    }
+    return [Series(name=name, episodes=group, stop_after=adaptive.stop_after) for name, group in grown.items()]
+
+
+def suite_hash(loaded: LoadedSuite) -> str:
+    """Of all that decides which episodes a suite has; two suites of one hash are the same."""
+    # What is not given is left out, so that what suites may say one day leaves those that do not say it alike.
+    left_out = {"description", "tuned_on", "scenario"}
+    content = loaded.suite.model_dump(mode="json", exclude=left_out, exclude_none=True)
+    base = loaded.base.as_dict()
+    del base["description"]
+    return hashlib.sha256(canonical([content, base, dict(loaded.push)])).hexdigest()
+
+
+def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
+    """What is asked of each episode, replicas apart."""
+    suite, base, push = loaded.suite, loaded.base, loaded.push
+    plain = Push.model_fields
+    always: dict[str, Any] = {name: getattr(base, name) for name in _SCENARIO}
+    always |= {name: getattr(base.disturbance, name) for name in _DISTURBANCE}
+    always |= {name: push.get(name, plain[name].default) for name in ("body", "duration", "height")}
+    always |= {"start": push.get("start", START)}
+    always |= _beside(suite)
+    axes = suite.axes.given()
+    drawn = {} if suite.random is None else suite.random.given()
+    for name in ("direction", "delta_v", "impulse") if suite.train is None else ():
+        given = {*axes, *drawn}
+        if name in push and not (given & {*SIZES} if name != "direction" else name in given):
+            always[name] = push[name]
+    for values in itertools.product(*axes.values()):
+        chosen = always | dict(zip(axes, values, strict=True))
+        if suite.random is None:
+            yield chosen
+        else:
+            yield from (chosen | _draw(suite.random, suite.seed, i) for i in range(suite.random.count))
+
+
+def _designs(suite: Suite) -> Iterator[dict[str, Any]]:
+    """What each variant adds to the parameters: its name, what it replaces of them, and all else that it changes."""
+    if suite.variants is None:
+        yield {}
+        return
+    for variant, changes in suite.variants.items():
+        replaced = {name: value for field, value in changes.items() if (name := parameter_of(field)) is not None}
+        rest = {field: value for field, value in changes.items() if parameter_of(field) is None}
+        yield replaced | {"variant": variant, "changes": rest}
+
+
+def _beside(suite: Suite) -> dict[str, Any]:
+    """The pushes that are not those of the axes: another train makes another episode."""
+    return {name: part.model_dump() for name in _TABLES if (part := getattr(suite, name)) is not None}
+
+
+def _draw(random: Random, seed: int, number: int) -> dict[str, float]:
+    """The values of one drawn push, each from a stream of its own: another range changes no other value."""
+    spans = random.given().items()
+    return {name: round(float(stream(seed, number, name).uniform(*span)), DIGITS) for name, span in spans}
+
+
+def scenario_of(loaded: LoadedSuite, episode: Episode) -> Scenario:
+    """The scenario of an episode.
+
+    Raises:
+        InputError: if its parameters do not fit together.
+    """
+    suite, replica, parameters = loaded.suite, loaded.suite.replica, episode.parameters
+    rng = np.random.default_rng([episode.seed, _STREAM])
+    later, turned = rng.uniform(-1.0, 1.0, 2)
+    push = dict(loaded.push)
+    if "direction" in parameters or suite.train is not None:
+        push.pop("vector", None)
+        push.pop("direction", None)
+    if {*SIZES} & parameters.keys() or suite.train is not None:
+        push.pop("delta_v", None)
+        push.pop("impulse", None)
+    push |= {name: parameters[name] for name in _PUSH if name in parameters}
+    if "relative" in parameters:
+        push |= sized(parameters["direction"], parameters["relative"], _robot(loaded, parameters))
+    start = push["start"] + parameters["replica"] * replica.shift + replica.time * later
+    push["start"] = max(0.0, round(start, DIGITS))
+    if "direction" in push:
+        push["direction"] = round(push["direction"] + replica.direction * turned, DIGITS)
+    pushes = [push]
+    if suite.train is not None:
+        pushes = train_pushes(suite, push, parameters["replica"], _robot(loaded, parameters))
+    elif suite.first is not None:
+        pushes = [first_push(suite, push, parameters, _robot(loaded, parameters)), push]
+    fields = loaded.base.as_dict() | {name: parameters[name] for name in _SCENARIO}
+    fields["disturbance"] = {name: value for name in _DISTURBANCE if (value := parameters[name]) is not None}
+    fields["variation"] = {"pose": replica.pose} if replica.pose is not None else fields["variation"]
+    fields = changed(fields, parameters.get("changes", {}))
+    # The last row of a trace is one tick before the end, and it is that row which must be late enough.
+    end = pushes[-1]["start"] + pushes[-1]["duration"]
+    fields["duration"] = round(end + suite.after + 2 * fields["timing"]["control"], DIGITS)
+    fields |= {"seed": episode.seed, "pushes": pushes, "description": f"{loaded.name}: {suite.description}"}
+    fields["robot"] = _robot_name(loaded, parameters)
+    try:
+        return Scenario.model_validate(fields)
+    except ValidationError as error:
+        raise InputError(f"{loaded.path}: {_within(parameters)}{complaint(error)}") from None
+
+
+def _within(parameters: Mapping[str, Any]) -> str:
+    """Where in the suite's file an episode's scenario comes from, to begin a message with."""
+    return f'variants."{parameters["variant"]}".' if "variant" in parameters else ""
+
+
+def _robot_name(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> str:
+    return robot_beside(loaded.path, parameters["robot"])
+
+
+def _robot(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> Robot:
+    try:
+        return robot_named(_robot_name(loaded, parameters))
+    except InputError as error:
+        raise InputError(f"{loaded.path}: {error}") from None
+
+
+def _checker(loaded: LoadedSuite) -> Callable[[Episode], None]:
+    """Checks whether parameters fit together and to their robot, once for each that matters to that."""
+    balanced: set[tuple[str, str | None]] = set()
+    known = set()
+
+    def check(episode: Episode) -> None:
+        key = tuple(bool(value) if name == "height" else value for name, value in _fitting(episode.parameters))
+        if key in known:
+            return
+        known.add(key)
+        scenario = scenario_of(loaded, episode)
+        try:
+            robot = robot_named(scenario.robot)
+            who = (scenario.robot, episode.parameters.get("variant"))
+            if who not in balanced:
+                balanced.add(who)
+                make_gain(scenario, Pendulum(robot.omega, scenario.timing.control))
+            check_against(scenario, robot, source=_within(episode.parameters).removesuffix(".") or "scenario")
+        except GainError as error:
+            raise InputError(f"{loaded.path}: {_within(episode.parameters)}gain: {error}") from None
+        except InputError as error:
+            raise InputError(f"{loaded.path}: {error}") from None
+
+    return check
+
+
+def _fitting(parameters: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The parameters that can be at odds with others; each alone has been checked when the suite was read."""
+    return ((name, parameters.get(name)) for name in (*_SCENARIO, "friction", "delay", "body", "height", "variant"))
+
+
+def _hash(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> str:
+    return hashlib.sha256(canonical([loaded.suite.seed, dict(parameters)])).hexdigest()[:12]
+
+
+def _seed(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> int:
+    digest = hashlib.sha256(canonical([loaded.suite.seed, "seed", dict(parameters)])).digest()
+    return int.from_bytes(digest[:4])

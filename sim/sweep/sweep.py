@@ -1,0 +1,59 @@
+"""Runs a suite: episodes side by side, each written down as it ends; goes on where it was stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from models.errors import InputError
+from scenarios.suite_catalogue import LoadedSuite
+from sim.sweep.executors import Workers
+from sim.sweep.plan import plan, scenario_of
+from sim.sweep.progress import Progress
+from sim.sweep.runner import Crew
+from sim.sweep.scheduler import Agenda
+from sim.sweep.store import Store, describe, owned, prepare
+from sim.sweep.worker import Job
+
+
+def run_sweep(loaded: LoadedSuite, folder: Path, workers: Workers, *, progress: Progress | None = None) -> None:
+    """Run what a suite's folder lacks.
+
+    Args:
+        loaded: the suite.
+        folder: of the sweep; new, empty, or of the same suite.
+        workers: who runs the episodes.
+        progress: is told how it goes.
+
+    Raises:
+        InputError: if the suite is impossible, the folder is another suite's, a file in it is damaged, or the disk
+            is full; what is finished is kept.
+    """
+    series = plan(loaded)
+    with owned(folder):
+        prepare(loaded, folder)
+        store = Store(folder)
+        strangers = store.outcomes.keys() - {episode.name for one in series for episode in one.episodes}
+        if strangers:
+            raise InputError(
+                f"{str(folder)!r} holds {len(strangers)} episodes that are none of {loaded.name!r}; "
+                "choose another folder with --out"
+            )
+        agenda = Agenda(series, store.outcomes)
+        if progress is not None:
+            progress.begin(agenda, store.outcomes.values())
+
+        def finished(job: Job, row: dict[str, Any]) -> None:
+            store.add(row)
+            agenda.finish(job.episode, row["outcome"])
+            if progress is not None:
+                progress.tell(agenda, row["outcome"])
+
+        def jobs() -> Iterator[Job]:
+            while (episode := agenda.next()) is not None:
+                yield Job(episode=episode, scenario=scenario_of(loaded, episode))
+
+        Crew(workers, finished).work(jobs)
+        store.finish()
+        describe(loaded, folder, planned=agenda.planned, finished=len(store.outcomes))

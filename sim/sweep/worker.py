@@ -1,0 +1,144 @@
+"""One episode of a sweep, run in a worker, as one row of the table."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.interface import Controller
+from controllers.whole_body.layer import WholeBody, make_whole_body
+from scenarios.schema import Scenario
+from scenarios.schema import WholeBody as WholeBodyKind
+from sim.episode.episode import EpisodeResult, run_episode
+from sim.record.motors import MotorUse
+from sim.record.versions import commit, versions
+from sim.results.prediction import foretold
+from sim.results.push_size import push_columns, robot_named
+from sim.results.table import COLUMNS
+from sim.results.train import train_columns
+from sim.sweep.plan import Episode
+
+Array = NDArray[np.float64]
+
+CRASHED = "crashed"
+"""Outcome of an episode that ended in an error of the program."""
+
+# Cluster workers may run tasks in threads; the solvers were not made for that.
+_ONE_AT_A_TIME = threading.Lock()
+# Times are sums of many periods.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """What a worker is sent: an episode and its scenario, as run."""
+
+    episode: Episode
+    scenario: Scenario
+
+
+def run_job(job: Job) -> dict[str, Any]:
+    """Run an episode and make its row."""
+    with _ONE_AT_A_TIME:
+        begin = time.perf_counter()
+        scenario = job.scenario
+        layer = None
+        if scenario.world == "humanoid" and scenario.controller != "statue":
+            layer = _layer(scenario.robot, scenario.whole_body, scenario.timing.control)
+        result = run_episode(scenario, robot=robot_named(scenario.robot), layer=layer, polygons=False)
+        row = _known(job) | happened(result, train="train" in job.episode.parameters)
+        return row | {
+            "real_time_factor": result.real_time_factor,
+            "wall_time": time.perf_counter() - begin,
+        }
+
+
+def crashed_row(job: Job, traceback: str) -> dict[str, Any]:
+    """The row of an episode that could not be run."""
+    reason = traceback.strip().splitlines()[-1] if traceback.strip() else CRASHED
+    return _known(job) | {"outcome": CRASHED, "reason": reason, "traceback": traceback}
+
+
+def trace_hash(values: Array, channels: Sequence[str]) -> str:
+    """SHA-256 of the channels' names and of every bit of their values (n, c)."""
+    digest = hashlib.sha256(json.dumps(list(channels)).encode())
+    digest.update(np.ascontiguousarray(values, dtype="<f8").tobytes())
+    return digest.hexdigest()
+
+
+@functools.lru_cache(maxsize=8)
+def _layer(robot: str, kind: WholeBodyKind, dt: float) -> WholeBody:
+    # placo does not give back a solver's memory, 0.8 MB each: a worker must not make one an episode.
+    return make_whole_body(kind, robot_named(robot), dt)
+
+
+@functools.lru_cache(maxsize=1)
+def _makers() -> dict[str, str]:
+    """Versions and commit of this process, which imported its code once."""
+    return {"versions": json.dumps(versions(), sort_keys=True), "commit": commit()}
+
+
+def _known(job: Job) -> dict[str, Any]:
+    """What is known before it is run; all else is null."""
+    episode, pushes = job.episode, job.scenario.pushes
+    robot, asked = robot_named(job.scenario.robot), dict(episode.parameters)
+    nominal, train, first = (asked.pop(name, None) for name in ("direction", "train", "first"))
+    for name in ("relative", "changes"):  # the row has the size in every unit, and the whole scenario
+        asked.pop(name, None)
+    row: dict[str, Any] = dict.fromkeys(COLUMNS) | asked
+    row |= {
+        "episode": episode.name,
+        "suite": episode.suite,
+        "series": episode.series,
+        "seed": episode.seed,
+        "push_start": pushes[0 if train else -1].start,
+        "scenario": json.dumps(job.scenario.as_dict(), sort_keys=True),
+    }
+    if train is not None:
+        row["train"] = len(pushes)
+    else:
+        row |= push_columns(robot, pushes[-1], nominal) | {"push_direction_deg": pushes[-1].direction_deg}
+    if first is not None:
+        before = push_columns(robot, pushes[0])
+        row |= {"first_direction_deg": before["direction_deg"], "first_delta_v": before["delta_v"]}
+    return row | _makers()
+
+
+def happened(result: EpisodeResult, *, train: bool) -> dict[str, Any]:
+    """The columns of `OUTCOME` that the episode decides.
+
+    Args:
+        result: of the episode; of several pushes, the last is the one that was asked for.
+        train: whether its pushes are a train.
+    """
+    outcome, trace, push = result.outcome, result.trace, result.pushes[-1]
+    settled = outcome.settled_at
+    row: dict[str, Any] = {
+        "outcome": outcome.result.value,
+        "reason": outcome.reason.value,
+        "time_of_fall": outcome.time_of_fall,
+        "steps": outcome.steps_taken,
+        "settle_time": None if settled is None else max(0.0, settled - push.start - push.duration),
+        "trace_hash": trace_hash(trace.values, trace.channels),
+    }
+    row |= {field.name: getattr(result.motors, field.name, None) for field in fields(MotorUse)}
+    if train:
+        return row | train_columns(result)
+    row |= {"delivered_impulse": push.delivered_impulse, "mid_step": _mid_step(result)}
+    return row | foretold(push, result.decisions)
+
+
+def _mid_step(result: EpisodeResult) -> bool | None:
+    tick = int(np.searchsorted(result.trace.time, result.pushes[-1].start - _ROUNDING))
+    if tick >= len(result.trace):
+        return None
+    return bool(result.trace["controller"][tick] == Controller.TRACKER.value)

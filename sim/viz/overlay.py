@@ -1,0 +1,195 @@
+"""What is drawn into the scene besides the robot: COG, ZMP, DCM, support polygon, push, and the pendulum."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from models.arena import SIDES
+from sim.record.palette import COG, DCM, PUSH, SUPPORT, ZMP, rgb
+from sim.viz.playback import Playback
+
+Array = NDArray[np.float64]
+Geom = mujoco.mjtGeom
+
+# Marks are drawn this fraction of the way from the camera to where they are, in proportion: in the picture that
+# is the same place and size, but no part of the robot can hide them.
+_XRAY = 0.4
+_XRAY_SUPPORT = 0.41  # the polygon lies just behind the other marks
+_FADE = 0.3  # [s] that the arrow of a push stays after it: pushes are shorter than an eye needs
+_ARROW_PER_WEIGHT = 0.4  # [m] of arrow for a force of one body weight
+_PAINT = 0.0006  # [m] above the floor
+_GRID, _GRID_REACH = 0.1, 15  # [m] between lines, and how many there are to each side
+_GRID_LINES = 2 * (2 * _GRID_REACH + 1)
+_RING = [(math.cos(a), math.sin(a)) for a in np.linspace(0.0, 2.0 * math.pi, 21)]
+_IDENTITY = np.eye(3).ravel()
+_FLOOR_LINE = (0.63, 0.65, 0.67, 1.0)
+
+
+class Overlay:
+    """Adds the marks of one tick to a scene that already holds the robot.
+
+    Args:
+        scene: of `mujoco.mjv_updateScene`.
+        playback: what is shown.
+    """
+
+    def __init__(self, scene: mujoco.MjvScene, playback: Playback) -> None:
+        self._scene = scene
+        self._playback = playback
+        self._eye = np.zeros(3)
+        self._grid: tuple[int, int] | None = None
+        self._half_sole = {side: np.ptp(sole, axis=0) / 2 for side, sole in playback.soles.items()}
+        self._mid_sole = {side: (sole.max(axis=0) + sole.min(axis=0)) / 2 for side, sole in playback.soles.items()}
+
+    def draw(self, tick: int, eye: Array, forward: Array) -> None:
+        """Add the marks of a tick.
+
+        Args:
+            tick: row of the trace.
+            eye: (3,) where the camera is [m].
+            forward: (3,) unit vector in which it looks.
+        """
+        self._eye = eye
+        self._backdrop(forward)
+        self._floor_grid()
+        self._support(tick)
+        if not self._playback.is_humanoid:
+            self._pendulum(tick)
+        self._marks(tick)
+        self._push(tick)
+
+    def _backdrop(self, forward: Array) -> None:
+        """A bright wall far behind: MuJoCo's sky costs as much as the robot."""
+        turn = np.zeros(4)
+        mujoco.mju_quatZ2Vec(turn, -forward)
+        matrix = np.zeros(9)
+        mujoco.mju_quat2Mat(matrix, turn)
+        wall = self._add(Geom.mjGEOM_BOX, [20, 20, 0.01], self._eye + 12.0 * forward, (0.93, 0.95, 0.97, 1.0), matrix)
+        wall.emission = 1.0
+
+    def _floor_grid(self) -> None:
+        # What was added in the last picture is still there unless MuJoCo has overwritten it: half of all the
+        # marks need not be made again.
+        first = self._scene.ngeom
+        if self._grid == (first, first + _GRID_LINES):
+            self._scene.ngeom += _GRID_LINES
+            return
+        middle = np.round(self._playback.cog[0, :2] / _GRID) * _GRID
+        for i in range(-_GRID_REACH, _GRID_REACH + 1):
+            for axis in (0, 1):
+                start, end = np.append(middle, _PAINT / 2), np.append(middle, _PAINT / 2)
+                start[axis] += i * _GRID
+                end[axis] += i * _GRID
+                start[1 - axis] -= _GRID * _GRID_REACH
+                end[1 - axis] += _GRID * _GRID_REACH
+                self._line(start, end, 1.0, _FLOOR_LINE)
+        self._grid = (first, self._scene.ngeom)
+
+    def _support(self, tick: int) -> None:
+        corners = self._playback.support(tick)
+        if corners is None:
+            return
+        points = np.column_stack([corners, np.full(len(corners), _PAINT)])
+        points = np.array([self._near(point, _XRAY_SUPPORT) for point in points])
+        for a, b in pairwise(points[1:]):
+            # MuJoCo's triangle is (0,0), (1,0), (0,1): two of its edges as columns make any other of it.
+            matrix = np.column_stack([a - points[0], b - points[0], [0.0, 0.0, 1.0]]).ravel()
+            self._add(Geom.mjGEOM_TRIANGLE, [1, 1, 1], points[0], _rgba(SUPPORT, 0.3), matrix).emission = 0.6
+        for a, b in zip(points, np.roll(points, -1, axis=0), strict=True):
+            self._line(a, b, 3.0, _rgba(SUPPORT))
+
+    def _pendulum(self, tick: int) -> None:
+        play = self._playback
+        for side in SIDES:
+            x, y, z, yaw = play.feet[side][tick]
+            c, s = math.cos(yaw), math.sin(yaw)
+            middle = np.array([[c, -s], [s, c]]) @ self._mid_sole[side] + (x, y)
+            size = [*self._half_sole[side], 0.005]
+            matrix = np.array([c, -s, 0, s, c, 0, 0, 0, 1], dtype=np.float64)
+            self._add(Geom.mjGEOM_BOX, size, [*middle, z + 0.006], _rgba("#8fa3bf"), matrix)
+        if np.isfinite(play.zmp[tick]).all():
+            foot = np.append(play.zmp[tick], 0.0)
+            rod = self._add(Geom.mjGEOM_CAPSULE, [1, 1, 1], foot, _rgba("#9aa0a8"))
+            mujoco.mjv_connector(rod, Geom.mjGEOM_CAPSULE, 0.006, foot, play.cog[tick])
+        self._add(Geom.mjGEOM_SPHERE, [0.035] * 3, play.cog[tick], _rgba("#c9ced6"))
+
+    def _marks(self, tick: int) -> None:
+        play = self._playback
+        cog = play.cog[tick]
+        floor = np.array([cog[0], cog[1], 0.0])
+        self._line(self._near(cog), self._near(floor), 2.0, _rgba(COG)).emission = 0.5
+        self._add(Geom.mjGEOM_SPHERE, [0.013 * _XRAY] * 3, self._near(cog), _rgba(COG)).emission = 0.3
+        self._disc(floor[:2], 0.005, _rgba(COG))
+        self._disc(play.dcm[tick], 0.011, _rgba(DCM))
+        self._disc(play.zmp[tick], 0.009, _rgba(ZMP))
+        self._circle(play.zmp_command[tick], 0.014, _rgba(ZMP))
+
+    def _push(self, tick: int) -> None:
+        play = self._playback
+        now = play.time[tick]
+        active = next((p for p in reversed(play.pushes) if p.start <= now), None)
+        if active is None or now > active.end + _FADE:
+            return
+        rows = np.arange(play.tick(active.start), min(tick, play.tick(active.end)) + 1)
+        sizes = np.linalg.norm(play.force[rows], axis=1)
+        if not sizes.any():
+            return
+        # Afterwards its largest force is what should be remembered, not the last of a half sine.
+        pushed = tick if tick in rows and sizes[-1] > 0.0 else int(rows[sizes.argmax()])
+        force = play.force[pushed]
+        alpha = 1.0 - max(0.0, (now - active.end) / _FADE)
+        tip = play.force_point[pushed] + play.cog[tick] - play.cog[pushed]
+        tail = tip - force * (_ARROW_PER_WEIGHT / play.weight)
+        arrow = self._add(Geom.mjGEOM_ARROW, [1, 1, 1], tip, _rgba(PUSH, alpha))
+        mujoco.mjv_connector(arrow, Geom.mjGEOM_ARROW, 0.011 * _XRAY, self._near(tail), self._near(tip))
+        arrow.emission = 0.3
+        arrow.size[2] *= 2.0  # MuJoCo draws an arrow half as long as its connector says
+
+    def _near(self, point: Array, fraction: float = _XRAY) -> Array:
+        return self._eye + fraction * (point - self._eye)
+
+    def _disc(self, point: Array, radius: float, rgba: tuple[float, ...]) -> None:
+        if np.isfinite(point).all():
+            place = self._near(np.array([point[0], point[1], _PAINT]))
+            self._add(Geom.mjGEOM_CYLINDER, [radius * _XRAY, 1e-4, 0], place, rgba).emission = 0.5
+
+    def _circle(self, point: Array, radius: float, rgba: tuple[float, ...]) -> None:
+        if np.isfinite(point).all():
+            ring = [self._near(np.array([point[0] + radius * c, point[1] + radius * s, _PAINT])) for c, s in _RING]
+            for a, b in pairwise(ring):
+                self._line(a, b, 2.0, rgba)
+
+    def _line(self, start: Array, end: Array, width: float, rgba: tuple[float, ...]) -> mujoco.MjvGeom:
+        line = self._add(Geom.mjGEOM_LINE, [1, 1, 1], start, rgba)
+        mujoco.mjv_connector(line, Geom.mjGEOM_LINE, width, start, end)
+        return line
+
+    def _add(
+        self,
+        kind: mujoco.mjtGeom,
+        size: ArrayLike,
+        position: ArrayLike,
+        rgba: tuple[float, ...],
+        matrix: Array = _IDENTITY,
+    ) -> mujoco.MjvGeom:
+        geom = self._scene.geoms[self._scene.ngeom]
+        mujoco.mjv_initGeom(
+            geom,
+            kind,
+            np.asarray(size, dtype=np.float64),
+            np.asarray(position, dtype=np.float64),
+            matrix,
+            np.array(rgba, dtype=np.float32),
+        )
+        self._scene.ngeom += 1
+        return geom
+
+
+def _rgba(colour: str, alpha: float = 1.0) -> tuple[float, ...]:
+    red, green, blue = rgb(colour)
+    return red / 255, green / 255, blue / 255, alpha

@@ -1,0 +1,122 @@
+"""A saved trace as pictures need it: pushes, supports, DCM and who was in charge, at any tick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.geometry.support_polygon import Foot, support_polygon
+from controllers.interface import Controller
+from models.arena import SIDES, Side
+from scenarios.schema import Scenario
+from sim.record.trace import Trace
+
+Array = NDArray[np.float64]
+
+# A sole that carries less than this fraction of the weight is being put down or lifted, not a support.
+_LOADED = 0.01
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PushMark:
+    """A push of the scenario: its number from 1, when [s], and its size [N s], [m/s]."""
+
+    number: int
+    start: float
+    end: float
+    impulse: float
+    delta_v: float
+
+
+class Playback:
+    """Read-only view of a trace by control tick.
+
+    Attributes:
+        trace: the trace.
+        scenario: the scenario as it was run.
+        time: (n,) start of each tick [s].
+        mass, omega, weight: of the robot [kg], [1/s], [N].
+        cog: (n, 3) [m].
+        zmp, zmp_command: (n, 2) measured (NaN in the air) and commanded ZMP [m].
+        dcm: (n, 2) cog + cog velocity / omega [m].
+        force, force_point: (n, 3) of the push during each tick [N], [m].
+        pushes: the pushes in order of time.
+        supporting: side -> (n,) whether that sole carries weight.
+    """
+
+    def __init__(self, trace: Trace) -> None:
+        self.trace = trace
+        self.scenario = Scenario.model_validate(trace.metadata["scenario"])
+        robot = trace.metadata["robot"]
+        self.mass = float(robot["mass"])
+        self.omega = float(robot["omega"])
+        self.weight = self.mass * self.omega**2 * float(robot["cog_height"])
+        self.time = trace.time
+        self.cog = _columns(trace, "cog_{}", "xyz")
+        self.zmp = _columns(trace, "zmp_{}", "xy")
+        self.zmp_command = _columns(trace, "zmp_cmd_{}", "xy")
+        self.dcm = self.cog[:, :2] + _columns(trace, "cog_v{}", "xy") / self.omega
+        self.force = _columns(trace, "push_f{}", "xyz")
+        self.force_point = _columns(trace, "push_{}", "xyz")
+        self.pushes = tuple(self._marks())
+        self.soles = {side: np.array(robot["sole_vertices"][side], dtype=np.float64) for side in SIDES}
+        self.feet = {side: _columns(trace, side + "_{}", ("x", "y", "z", "yaw")) for side in SIDES}
+        self.supporting = {side: trace[f"{side}_force"] > _LOADED * self.weight for side in SIDES}
+
+    @property
+    def is_humanoid(self) -> bool:
+        """Whether the trace holds the pose of a whole body."""
+        return "root_x" in self.trace.channels
+
+    def tick(self, time: float) -> int:
+        """The tick that `time` [s] falls in."""
+        return int(np.clip(np.searchsorted(self.time, time + 1e-9, side="right") - 1, 0, len(self.time) - 1))
+
+    def controller(self, tick: int) -> Controller:
+        """Who is in charge."""
+        return Controller(int(self.trace["controller"][tick]))
+
+    def foot(self, tick: int, side: Side) -> Foot:
+        """The sole of `side`, as if flat."""
+        x, y, _, yaw = self.feet[side][tick]
+        return Foot(position=np.array([x, y]), yaw=float(yaw), sole=self.soles[side])
+
+    def support(self, tick: int) -> Array | None:
+        """(n, 2) corners of the polygon of the soles that carry weight [m]; None if none does."""
+        feet = [self.foot(tick, side) for side in SIDES if self.supporting[side][tick]]
+        return support_polygon(feet).vertices if feet else None
+
+    def support_extent(self, axis: int) -> Array:
+        """(n, 2) lowest and highest coordinate of the support polygon along `axis` [m]; NaN without support."""
+        low = np.full(len(self.time), np.inf)
+        high = np.full(len(self.time), -np.inf)
+        for side in SIDES:
+            yaw = self.feet[side][:, 3, None]
+            x, y = self.soles[side].T
+            along = np.cos(yaw) * x - np.sin(yaw) * y if axis == 0 else np.sin(yaw) * x + np.cos(yaw) * y
+            along = along + self.feet[side][:, axis, None]
+            on = self.supporting[side]
+            low = np.where(on, np.minimum(low, along.min(axis=1)), low)
+            high = np.where(on, np.maximum(high, along.max(axis=1)), high)
+        extent = np.column_stack([low, high])
+        extent[~np.isfinite(extent).all(axis=1)] = np.nan
+        return extent
+
+    def reigns(self) -> list[tuple[float, float, Controller]]:
+        """Who was in charge from when to when [s], without gaps."""
+        codes = self.trace["controller"]
+        starts = np.flatnonzero(np.diff(codes, prepend=np.nan) != 0)
+        ends = [*self.time[starts[1:]], self.time[-1]]
+        return [(float(self.time[i]), float(end), self.controller(int(i))) for i, end in zip(starts, ends, strict=True)]
+
+    def _marks(self) -> Iterator[PushMark]:
+        for number, push in enumerate(self.scenario.pushes, start=1):
+            impulse = float(np.linalg.norm(push.impulse_vector(self.mass)))
+            yield PushMark(number=number, start=push.start, end=push.end, impulse=impulse, delta_v=impulse / self.mass)
+
+
+def _columns(trace: Trace, pattern: str, names: str | tuple[str, ...]) -> Array:
+    return np.column_stack([trace[pattern.format(name)] for name in names])

@@ -1,0 +1,129 @@
+"""COG, ZMP, feet, support and controller over time (Fig. 7 of the paper)."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from controllers.interface import Controller
+from models.arena import SIDES
+from sim.record.outcome import Outcome
+from sim.record.palette import COG, CONTROLLERS, FEET, PUSH, SUPPORT, ZMP, ZMP_COMMAND
+from sim.viz.playback import Playback
+
+_FOOT_LINES: dict[str, Literal["-", "--"]] = {"left": "-", "right": "--"}
+_WIDE_LABEL, _WIDE_NAME = 0.13, 0.11  # of the time axis, that a push's and a controller's words need
+
+
+def draw_course(figure: Figure, place: SubplotSpec, playback: Playback, outcome: Outcome) -> None:
+    """Draw a strip with the active controller and, under it, x and y over time.
+
+    Args:
+        figure: to draw in.
+        place: the part of it to fill.
+        playback: the episode.
+        outcome: its verdict; a fall is marked.
+    """
+    halves = place.subgridspec(2, 1, height_ratios=(9.0, 0.6), hspace=0.19)
+    rows = halves[0].subgridspec(3, 1, height_ratios=(0.35, 4, 4), hspace=0.13)
+    strip = figure.add_subplot(rows[0])
+    panels = [figure.add_subplot(rows[1], sharex=strip), figure.add_subplot(rows[2], sharex=strip)]
+    start, end = float(playback.time[0]), float(playback.time[-1])
+    strip.set_xlim(start, max(end, start + 1e-3))
+    _draw_reigns(strip, playback)
+    _name_pushes(strip, playback)
+    for axis, panel in enumerate(panels):
+        _draw_axis(panel, playback, axis)
+        for push in playback.pushes:
+            panel.axvspan(push.start, push.end, color=PUSH, alpha=0.35, linewidth=0, zorder=1)
+        if outcome.time_of_fall is not None:
+            panel.axvline(outcome.time_of_fall, color="black", linestyle=":", linewidth=1.5, zorder=6)
+    panels[0].tick_params(labelbottom=False)
+    panels[1].set_xlabel("time [s]", fontsize=11)
+    legend = figure.add_subplot(halves[1])
+    legend.axis("off")
+    legend.legend(handles=_keys(playback, outcome), loc="center", ncol=5, fontsize=9.5, frameon=False)
+
+
+def _draw_reigns(strip: Axes, playback: Playback) -> None:
+    length = float(playback.time[-1] - playback.time[0])
+    for start, end, controller in playback.reigns():
+        strip.axvspan(start, end, color=CONTROLLERS[controller], linewidth=0)
+        if end - start > _WIDE_NAME * length:
+            middle = (start + end) / 2
+            strip.text(middle, 0.5, controller.name.lower(), color="white", ha="center", va="center", weight="bold")
+    strip.set_yticks([])
+    strip.tick_params(labelbottom=False, bottom=False)
+    strip.set_ylabel("in charge", rotation=0, ha="right", va="center", fontsize=10)
+
+
+def _name_pushes(strip: Axes, playback: Playback) -> None:
+    starts = [push.start for push in playback.pushes]
+    room = float(playback.time[-1] - playback.time[0]) * _WIDE_LABEL
+    short = any(later - earlier < room for earlier, later in pairwise(starts))
+    for push in playback.pushes:
+        if push.start > playback.time[-1]:
+            continue
+        words = f"{push.number}" if short else f"push {push.number}\n{push.impulse:.2f} N s, {push.delta_v:.2f} m/s"
+        strip.annotate(
+            words,
+            ((push.start + push.end) / 2, 1.0),
+            xytext=(0, 4),
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
+            color=PUSH,
+            weight="bold",
+            fontsize=9.5,
+            annotation_clip=False,
+        )
+
+
+def _draw_axis(panel: Axes, playback: Playback, axis: int) -> None:
+    time = playback.time
+    extent = playback.support_extent(axis)
+    low, high = extent.T
+    # "step": a support comes and goes from one tick to the next, without a slope.
+    panel.fill_between(time, low, high, color=SUPPORT, alpha=0.22, linewidth=0, step="post", zorder=0)
+    for side in SIDES:
+        style = _FOOT_LINES[side]
+        panel.plot(time, playback.feet[side][:, axis], color=FEET, linestyle=style, linewidth=1.3, zorder=2)
+    panel.plot(time, playback.zmp_command[:, axis], color=ZMP_COMMAND, linewidth=0.8, zorder=4)
+    panel.plot(time, playback.zmp[:, axis], color=ZMP, linewidth=1.2, zorder=3)
+    panel.plot(time, playback.cog[:, axis], color=COG, linewidth=2.2, zorder=5)
+    # The ZMP of a robot that falls jumps by metres; what is worth seeing lies around the COG and the feet.
+    shown = np.column_stack([playback.cog[:, axis], extent, *(playback.feet[side][:, axis] for side in SIDES)])
+    bottom, top = float(np.nanmin(shown)), float(np.nanmax(shown))
+    room = max(0.08 * (top - bottom), 0.01)
+    panel.set_ylim(bottom - room, top + room)
+    panel.set_ylabel(f"{'xy'[axis]} [m]  ({('forward', 'left')[axis]} is up)", fontsize=11)
+    panel.grid(color="#e4e4e4", linewidth=0.8)
+    panel.set_axisbelow(True)
+
+
+def _keys(playback: Playback, outcome: Outcome) -> list[Line2D | Patch]:
+    keys: list[Line2D | Patch] = [
+        Line2D([], [], color=COG, linewidth=2.2, label="COG"),
+        Line2D([], [], color=ZMP, linewidth=1.2, label="ZMP measured"),
+        Line2D([], [], color=ZMP_COMMAND, linewidth=1.2, label="ZMP commanded"),
+        *(Line2D([], [], color=FEET, linestyle=_FOOT_LINES[side], label=f"{side} foot") for side in SIDES),
+        Patch(color=SUPPORT, alpha=0.22, label="support (extent)"),
+    ]
+    if playback.pushes:
+        keys.append(Patch(color=PUSH, alpha=0.35, label="push"))
+    active = {controller for _, _, controller in playback.reigns()}
+    keys += [
+        Patch(color=CONTROLLERS[controller], label=f"{controller.name.lower()} in charge")
+        for controller in Controller
+        if controller in active
+    ]
+    if outcome.time_of_fall is not None:
+        keys.append(Line2D([], [], color="black", linestyle=":", label="fell"))
+    return keys

@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from controllers.geometry.planar import (
+    EmptyPlanarError,
+    clipped,
+    corners,
+    edge_lengths,
+    fan,
+    nearest,
+    supports,
+    tangents,
+    tightened,
+)
+from controllers.geometry.polytope import Polytope
+
+SQUARE = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+AXES = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+
+
+def test_a_fan_has_each_normal_once_by_its_angle() -> None:
+    around = math.pi * (1.0 - 1e-12)
+    twice = np.array([[2.0, 0.0], [1.0, 1e-12], [math.cos(around), math.sin(around)]])
+    normals = fan(AXES, twice, -AXES)
+    assert len(normals) == 4
+    np.testing.assert_allclose(np.hypot(*normals.T), 1.0, rtol=1e-12)
+    assert (np.diff(np.unwrap(np.arctan2(normals[:, 1], normals[:, 0]))) > 0.0).all()
+
+
+def test_offsets_are_tight_exactly_if_no_edge_is_negative() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(30):
+        normals = fan(AXES, rng.normal(size=(5, 2)))
+        offsets = rng.uniform(0.5, 1.0, len(normals))
+        tight = tightened(normals, offsets)
+        assert (tight <= offsets + 1e-12).all()
+        assert edge_lengths(normals, tight).min() > -1e-12
+        assert (edge_lengths(normals, offsets).min() >= 0.0) == np.allclose(tight, offsets, rtol=0, atol=1e-12)
+        expected = supports(Polytope(S=normals, a=offsets).vertices(), normals)
+        np.testing.assert_allclose(tight, expected, rtol=0, atol=1e-9)
+        points = corners(normals, tight)
+        length = np.hypot(*(np.roll(points, -1, axis=0) - points).T).sum()
+        assert edge_lengths(normals, tight).sum() == pytest.approx(length, abs=1e-9)
+
+
+def test_half_planes_without_area_are_told() -> None:
+    for offsets in ([1.0, 1.0, -2.0, 1.0], [1.0, 1.0, -1.0, 1.0], [-1.0, -1.0, -1.0, -1.0]):
+        with pytest.raises(EmptyPlanarError):
+            tightened(AXES, np.array(offsets))
+    assert clipped(SQUARE, [((1.0, 0.0), -2.0), ((0.0, 1.0), 0.0)]) == []
+
+
+def test_clipping_cuts_and_keeps() -> None:
+    assert clipped(SQUARE, [((1.0, 0.0), 2.0)]) == SQUARE
+    assert sorted(clipped(SQUARE, [((1.0, 0.0), 0.5)])) == [(-1.0, -1.0), (-1.0, 1.0), (0.5, -1.0), (0.5, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("points", "of", "found"),
+    [
+        (SQUARE, (0.3, -0.2), (0.3, -0.2)),
+        (SQUARE, (3.0, 0.5), (1.0, 0.5)),
+        (SQUARE, (3.0, 4.0), (1.0, 1.0)),
+        # Flat: a segment, there and back, and a point.
+        ([(0.0, 0.0), (0.0, 1.0), (0.0, 1.0), (0.0, 0.0)], (0.0, 2.0), (0.0, 1.0)),
+        ([(0.0, 0.0), (0.0, 1.0)], (3.0, 0.5), (0.0, 0.5)),
+        ([(0.5, 0.5)], (0.0, 0.0), (0.5, 0.5)),
+    ],
+)
+def test_nearest_point_of_a_polygon(
+    points: list[tuple[float, float]], of: tuple[float, float], found: tuple[float, float]
+) -> None:
+    assert nearest(points, *of) == found
+
+
+def test_tangents_touch_and_leave_the_polygon_on_one_side() -> None:
+    rng = np.random.default_rng(2)
+    for _ in range(50):
+        centre = rng.normal(size=2)
+        polygon = [(float(x), float(y)) for x, y in np.array(SQUARE) * rng.uniform(0.05, 0.3, 2) + centre]
+        lines = tangents(polygon)
+        holds_origin = (np.abs(centre) <= np.abs(np.array(polygon) - centre)[0]).all()
+        assert len(lines) == (0 if holds_origin else 2)
+        for normal in lines:
+            assert max(np.array(polygon) @ normal) == pytest.approx(0.0, abs=1e-12)
+    assert tangents(SQUARE) == []
+    assert tangents([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]) == []

@@ -1,0 +1,54 @@
+"""When a step is due: outside of the regulator's sets, or on a way that surely leads there."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from controllers.gains import dcm
+from controllers.supervisor.regulator import Regulator
+from controllers.supervisor.step_trigger import SETTLING, SURE, StepTrigger
+from tests.controllers.stances import PENDULUM, foot
+
+REGULATOR = Regulator.at(PENDULUM, (dcm(PENDULUM, 1.1),), {"left": foot(0.0, 0.05), "right": foot(0.0, -0.05)})
+LEAD = 0.1
+
+
+def watching(speed: float, lead: float = LEAD) -> StepTrigger:
+    trigger = StepTrigger(PENDULUM.dt, lead)
+    for tick in range(100):
+        trigger.see(np.array([speed * tick * PENDULUM.dt, 0.0]))
+    return trigger
+
+
+def test_the_rate_follows_a_steady_dcm_and_is_nothing_at_first() -> None:
+    # 0.7^100 of it is left.
+    assert watching(0.4).rate == pytest.approx([0.4, 0.0])
+    first = StepTrigger(PENDULUM.dt, LEAD)
+    first.see(np.array([0.3, 0.2]))
+    assert not first.rate.any()
+
+
+def test_the_dcm_is_looked_ahead_of_unless_a_foot_has_just_landed() -> None:
+    here = np.array([0.01, 0.02])
+    assert watching(0.4).ahead(here, math.inf) - here == pytest.approx([0.4 * LEAD, 0.0])
+    assert watching(0.4).ahead(here, 0.9 * SETTLING) is here
+    assert watching(0.4, lead=0.0).ahead(here, math.inf) is here
+
+
+def test_a_step_is_due_outside_the_sets_or_surely_soon() -> None:
+    trigger = watching(0.4)
+    centre = REGULATOR.centre
+
+    def reason(at: float, by: float) -> str:
+        x = PENDULUM.rest(centre + np.array([at, 0.0]))
+        return trigger.reason(REGULATOR, x, REGULATOR.slack(x), np.array([by, 0.0]))
+
+    # Slack falls by the gain for every metre of DCM from the middle forward, down to zero at the rim.
+    rim = REGULATOR.slack(PENDULUM.rest(centre + np.array([0.01, 0.0]))) / 1.1 + 0.01
+    assert reason(rim + 1e-6, 0.0) == "the state left the regulator's set"
+    assert reason(rim - 1e-6, 0.0) == ""
+    assert reason(0.0, rim + 0.99 * SURE / 1.1) == ""
+    assert reason(0.0, rim + 1.01 * SURE / 1.1) == "the state is about to leave it"

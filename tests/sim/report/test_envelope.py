@@ -1,0 +1,101 @@
+"""The envelope as a picture and as a table for a document."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from models.errors import InputError
+from sim.analysis.summary import load_rows, summarise
+from sim.report.envelope import ENVELOPE, chosen_case, write_envelope
+from sim.report.envelope_chart import draw_envelope
+from tests.sim.analysis.sweep_tables import OMEGA, adaptive, edge, folder_of, sweep_facts
+from tests.sim.report.test_report import call
+
+LIMITS = {"supervisor": 2.5, "regulator": 0.8, "statue": 0.9}
+
+
+def law(asked: Mapping[str, Any]) -> bool:
+    return bool(asked["delta_v"] <= LIMITS[asked["controller"]] * OMEGA * edge(asked["direction_deg"]))
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return folder_of(tmp_path_factory.mktemp("envelope") / "sweep", adaptive(law))
+
+
+def test_table_holds_the_thresholds_of_the_summary(sweep: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("envelope", sweep) == 0
+    lines = capsys.readouterr().out.splitlines()
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
+    assert {len(line) for line in cells} == {13}
+    assert cells[0] == ["Δv/(ωd)", *(f"{way}°" for way in range(0, 360, 45)), "mean", "worst", "mean Δv/√(gh)", "holes"]
+    assert [line[0] for line in cells[2:]] == ["supervisor", "regulator (never steps)", "statue (holds still)"]
+    rows = load_rows(sweep)
+    summary = summarise(rows, sweep_facts(rows))
+    own = {one["direction_deg"]: one["over_omega_d"] for one in summary["robust"] if one["controller"] == "supervisor"}
+    assert cells[2][1:9] == [f"{own[way]:.2f}" for way in range(0, 360, 45)]
+    assert cells[2][9] == f"**{summary['robust_mean_over_omega_d']['supervisor']:.2f}**"
+    assert cells[2][10] == f"{summary['robust_worst_over_omega_d']['supervisor']:.2f}"
+    assert cells[2][11] == f"{summary['robust_mean_over_sqrt_gh']['supervisor']:.3f}"
+    assert cells[2][12] == "0"
+    assert (sweep / ENVELOPE).is_file()
+
+
+def test_picture_is_drawn_and_comes_out_alike(sweep: Path, tmp_path: Path) -> None:
+    shown = chosen_case(load_rows(sweep))
+    for name in ("a/one.png", "a/two.png", "a/one.svg", "a/two.svg"):
+        write_envelope(shown, tmp_path / name)
+    for kind in ("png", "svg"):
+        assert (tmp_path / f"a/one.{kind}").read_bytes() == (tmp_path / f"a/two.{kind}").read_bytes()
+    with Image.open(tmp_path / "a/one.png") as image:
+        assert min(image.size) > 600
+        assert len(image.convert("RGB").getcolors(1 << 24)) > 100
+    assert "supervisor" in "".join(ElementTree.parse(tmp_path / "a/one.svg").getroot().itertext())
+
+
+def test_limit_without_a_step_is_the_circle_at_one(sweep: Path) -> None:
+    shown = chosen_case(load_rows(sweep))
+    (axes,) = draw_envelope(shown.robust, shown.limits, normalised=True).axes
+    lines = {line.get_label(): line for line in axes.get_lines()}
+    circle = np.asarray(lines["no step"].get_ydata(), dtype=float)
+    np.testing.assert_array_equal(circle, 1.0)
+    assert not any("Koolen" in str(label) for label in lines)
+    drawn = [np.asarray(line.get_ydata(), dtype=float) for line in axes.get_lines()]
+    best = np.array([one.over_omega_d for one in shown.robust if one.controller == "supervisor"])
+    assert any(len(values) == 9 and np.array_equal(values[:8], best) for values in drawn)
+
+
+def test_one_of_several_cases_is_chosen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    weak = {"supervisor": 1.0, "regulator": 0.5, "statue": 0.5}
+
+    def weaker(asked: Mapping[str, Any]) -> bool:
+        return bool(asked["delta_v"] <= weak[asked["controller"]] * OMEGA * edge(asked["direction_deg"]))
+
+    rows = adaptive(law) + adaptive(weaker, world="pendulum")
+    folder = folder_of(tmp_path / "sweep", rows)
+    with pytest.raises(InputError, match="choose one of 'world humanoid', 'world pendulum'"):
+        call("envelope", folder)
+    assert call("envelope", folder, "--case", "world pendulum") == 0
+    assert "| supervisor | 1.00 |" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [(["--out", "x.pdf"], "must end in .png or .svg"), (["--case", "y"], "the suite has only one case")],
+)
+def test_what_cannot_be_drawn_is_refused(sweep: Path, more: list[str], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        call("envelope", sweep, *more)
+
+
+def test_without_levels_there_is_no_envelope(tmp_path: Path) -> None:
+    folder = folder_of(tmp_path / "sweep", adaptive(law, levels=1))
+    with pytest.raises(InputError, match="no thresholds"):
+        call("envelope", folder)
