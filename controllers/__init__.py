@@ -1,1 +1,1 @@
-"""The brain: pendulum, maximal output admissible sets, regulator, tracker, supervisor, whole-body layer."""
+"""The controller: pendulum, maximal output admissible sets, regulator, tracker, supervisor, whole-body layer."""

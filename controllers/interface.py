@@ -118,12 +118,11 @@ class JointTargets:
     solver_failed: bool = False
 
 
-class Controller(Enum):
-    """Who is in charge; the value is the code in the trace."""
+class Phase(Enum):
+    """Whether a controller stands on both feet or has a step under way; the value is the code in the trace."""
 
-    REGULATOR = 0
-    TRACKER = 1
-    STATUE = 2
+    STANDING = 0
+    STEPPING = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,11 +138,11 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
-    """A choice of the supervisor and its grounds; recorded whenever the controller or its plan changes.
+    """A choice of the supervisor and its grounds; recorded whenever the phase or the plan changes.
 
     Attributes:
         time: [s].
-        controller: who is in charge from now on.
+        phase: standing or stepping, from now on.
         reason: why, in words.
         regulator_slack: signed slack of the regulator's set [m of ZMP].
         tracking_slack: signed slack of the chosen (or present) tracking set [m of ZMP; N steps: of DCM]; NaN if none
@@ -156,7 +155,7 @@ class Decision:
     """
 
     time: float
-    controller: Controller
+    phase: Phase
     reason: str
     regulator_slack: float
     tracking_slack: float = math.nan

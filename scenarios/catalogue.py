@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from models.errors import InputError
-from scenarios.error_messages import complaint, near
+from scenarios.error_messages import first_error, near
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
 from scenarios.push import COG
 from scenarios.schema import Scenario
@@ -53,7 +53,7 @@ def load(name: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenar
     try:
         return Scenario.model_validate(fields | dict(overrides or {}))
     except ValidationError as error:
-        raise InputError(f"{path}: {complaint(error)}") from None
+        raise InputError(f"{path}: {first_error(error)}") from None
 
 
 def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario") -> None:

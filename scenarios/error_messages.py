@@ -40,7 +40,7 @@ _KINDS = {
 }
 
 
-def complaint(error: ValidationError, tables: Tables = _TABLES) -> str:
+def first_error(error: ValidationError, tables: Tables = _TABLES) -> str:
     """The first thing that pydantic found wrong, in one line.
 
     Args:

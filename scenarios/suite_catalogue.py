@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from models.errors import InputError
 from scenarios.catalogue import load
-from scenarios.error_messages import complaint
+from scenarios.error_messages import first_error
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
 from scenarios.push import Push
 from scenarios.schema import Scenario, World
@@ -72,7 +72,7 @@ def load_suite(name: str | Path) -> LoadedSuite:
     try:
         suite = Suite.model_validate(fields)
     except ValidationError as error:
-        raise InputError(f"{path}: {complaint(error, SUITE_TABLES)}") from None
+        raise InputError(f"{path}: {first_error(error, SUITE_TABLES)}") from None
     base = _base(suite, path)
     if len(base.pushes) > 1:
         raise InputError(f"{path}: scenario: has {len(base.pushes)} pushes; a suite's base has at most one")
@@ -103,7 +103,7 @@ def _base(suite: Suite, path: Path) -> Scenario:
     try:
         return Scenario.model_validate(fields)
     except ValidationError as error:
-        raise InputError(f"{path}: scenario.{complaint(error)}") from None
+        raise InputError(f"{path}: scenario.{first_error(error)}") from None
 
 
 def _check_push(loaded: LoadedSuite) -> None:
@@ -137,7 +137,7 @@ def _check_variants(loaded: LoadedSuite) -> None:
         try:
             Scenario.model_validate(changed(base, changes))
         except ValidationError as error:
-            raise InputError(f"{where}.{complaint(error)}") from None
+            raise InputError(f"{where}.{first_error(error)}") from None
 
 
 def _check_train(loaded: LoadedSuite) -> None:

@@ -68,7 +68,7 @@ def test_wheel_runs_the_experiment_from_any_folder(installed: Path, tmp_path: Pa
     assert {path.name for path in folder.iterdir()} == {SCENARIO, TRACE, OUTCOME, DECISIONS, FIGURE}
     outcome = json.loads((folder / OUTCOME).read_text())
     assert outcome["outcome"] == "recovered"
-    assert [push["chosen"] for push in outcome["pushes"]] == ["regulator", "regulator", "tracker"]
+    assert [push["chosen"] for push in outcome["pushes"]] == ["standing", "standing", "stepping"]
     assert outcome["versions"]["okiagari"] != "unknown"
     assert load_trace(folder / TRACE).metadata["robot"]["name"] == "utmu2"
     assert str(Path("out") / "three_pushes-pendulum" / FIGURE) in output

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from controllers.baselines.tracker import Tracker
 from controllers.gains import Gain
 from controllers.geometry.support_polygon import SupportPolygon
-from controllers.interface import BalanceCommand, Candidate, Controller, Decision, FootReference, Observation
+from controllers.interface import BalanceCommand, Candidate, Decision, FootReference, Observation, Phase
 from controllers.pendulum import Pendulum
 from controllers.reference.walking_reference import Stride, walk_plan
-from controllers.stepping.contact_state import EDGE, Footing
+from controllers.stepping.contact_state import EDGE, ContactState
 from controllers.stepping.swing import SwingFoot
 from controllers.stepping.swing_step import touched_down
 from controllers.supervisor.regulator import Regulator
@@ -74,16 +74,16 @@ class PaperSupervisor:
         self._tracking = False
         self._outside = False
         # The soles are the smaller ones already.
-        self._footing = Footing(self._sole, edge=0.0)
+        self._contacts = ContactState(self._sole, edge=0.0)
         self._swing: tuple[Stride, SwingFoot] | None = None
         # Middle of the feet when the reference was planned, and from there to where it is followed now.
         self._middle, self._offset = np.zeros(2), np.zeros(2)
         self._slacks = (math.nan, math.nan)
 
     @property
-    def controller(self) -> Controller:
+    def phase(self) -> Phase:
         """Who is in charge."""
-        return Controller.TRACKER if self._tracking else Controller.REGULATOR
+        return Phase.STEPPING if self._tracking else Phase.STANDING
 
     @property
     def slacks(self) -> tuple[float, float]:
@@ -91,7 +91,7 @@ class PaperSupervisor:
         support's regulator, and in the present tracking set (NaN while the regulator is in charge)."""
         return self._slacks[0], self._slacks[1] if self._tracking else math.nan
 
-    def foretell(self) -> tuple[float, float]:
+    def predict(self) -> tuple[float, float]:
         """What the sets say of the last tick's state [m of ZMP]: the regulator's, and the reference's, which is that
         of the present phase once it is tracked and of phase 0 before."""
         return self._slacks
@@ -104,7 +104,7 @@ class PaperSupervisor:
         """Decide, then command: one control tick."""
         x = observation.balance_state()
         self._touch(observation)
-        if self._footing.see(observation) and not self._tracking:
+        if self._contacts.see(observation) and not self._tracking:
             self._stand()
         tracker = self.tracker
         assert tracker is not None
@@ -151,12 +151,12 @@ class PaperSupervisor:
         ticks = stride.landing - stride.lift
         if touched_down(observation.feet[stride.side].force, stride.landing - self.tracker.k, ticks):
             self.tracker.land()
-            self._footing.land()
+            self._contacts.land()
             self._swing = None
 
     def _stand(self) -> None:
         """Regulate about the present stance; the reference waits at its first phase."""
-        feet, middle = self._footing.feet, self._footing.middle
+        feet, middle = self._contacts.feet, self._contacts.middle
         self.regulator = Regulator.at(self._pendulum, (self._gain,), dict(feet))
         if self.tracker is None:
             walk = walk_plan(self._pendulum, feet, STRIDE, 2, STEP_TIME, first=FIRST)
@@ -173,8 +173,8 @@ class PaperSupervisor:
         if self._swing is None:
             duration = (stride.landing - stride.lift) * dt
             start = observation.feet[stride.side].position
-            self._swing = stride, SwingFoot(start, self._footing.heading.yaw, duration, self._height, dt)
-            self._footing.lift(stride.side)
+            self._swing = stride, SwingFoot(start, self._contacts.heading.yaw, duration, self._height, dt)
+            self._contacts.lift(stride.side)
             self.steps += 1
         left = max(stride.landing - tracker.k, 0) * dt
         return self._swing[1].advance(stride.foothold.position + self._offset, left)
@@ -187,7 +187,7 @@ class PaperSupervisor:
         self.decisions.append(
             Decision(
                 time=observation.time,
-                controller=self.controller,
+                phase=self.phase,
                 reason=why,
                 regulator_slack=standing,
                 tracking_slack=stepping,
@@ -198,8 +198,8 @@ class PaperSupervisor:
         )
 
     def _limited(self, zmp: Array, observation: Observation, swing: FootReference | None) -> BalanceCommand:
-        yaw = self._footing.heading.yaw
+        yaw = self._contacts.heading.yaw
         feet = {side: FootReference.standing(observation.feet[side], yaw) for side in SIDES}
-        if swing is not None and self._footing.lifted is not None:
-            feet[self._footing.lifted] = swing
-        return BalanceCommand(zmp=self._footing.support.nearest(zmp), feet=feet)
+        if swing is not None and self._contacts.lifted is not None:
+            feet[self._contacts.lifted] = swing
+        return BalanceCommand(zmp=self._contacts.support.nearest(zmp), feet=feet)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
-from controllers.interface import BalanceCommand, Controller, Decision, FootReference, JointTargets, Observation
+from controllers.interface import BalanceCommand, Decision, FootReference, JointTargets, Observation, Phase
 from controllers.pendulum import Pendulum
 from models.arena import SIDES
 from models.robot import Robot
@@ -25,7 +25,7 @@ class Statue:
         steps: always 0.
     """
 
-    controller = Controller.STATUE
+    phase = Phase.STANDING
     steps = 0
 
     def __init__(self, robot: Robot, pendulum: Pendulum) -> None:
@@ -50,7 +50,7 @@ class Statue:
             self.decisions.append(
                 Decision(
                     time=observation.time,
-                    controller=self.controller,
+                    phase=self.phase,
                     reason="start: holds the initial joint targets",
                     regulator_slack=float("nan"),
                 )

@@ -26,7 +26,7 @@ def heading_of(feet: Mapping[Side, Foot]) -> Heading:
     return Heading(0.5 * (feet["left"].yaw + feet["right"].yaw))
 
 
-class Footing:
+class ContactState:
     """The feet as the controllers know them.
 
     Attributes:

@@ -26,7 +26,7 @@ SHORTEST = 0.03
 MOST_ACCELERATION = 60.0
 
 
-class SeenSwingFoot(SwingFoot):
+class FeedbackSwing(SwingFoot):
     """Motion of a sole from where it is seen to a foothold that may move while it flies."""
 
     def __init__(self, position: Array, yaw: float, duration: float, height: float, dt: float) -> None:

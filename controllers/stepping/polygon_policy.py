@@ -22,7 +22,7 @@ INSIDE = 0.012
 LOOK_AHEAD = 3
 
 
-class PolygonRule:
+class PolygonPolicy:
     """Steps to where the DCM will be, as far as the leg reaches; the first foot by looking three steps ahead."""
 
     def __init__(self, robot: Robot, pendulum: Pendulum, options: SteppingOptions) -> None:
@@ -34,7 +34,7 @@ class PolygonRule:
         self._inner = SupportPolygon(self._sole).shrunk(options.zmp_margin)
 
     def lift(self, dcm: Array, feet: Mapping[Side, Array], heading: Heading, sides: Sequence[Side]) -> Lift:
-        """See `StepRule.lift`."""
+        """See `StepPolicy.lift`."""
         outside = {}
         for side in sides:
             stance = feet[other(side)]
@@ -46,7 +46,7 @@ class PolygonRule:
     def aim(
         self, dcm: Array, stance: Array, swing: Array, heading: Heading, lift: Lift, ticks_left: int, steps: int
     ) -> Aim:
-        """See `StepRule.aim`."""
+        """See `StepPolicy.aim`."""
         zmp, foothold, _ = self._step(heading.local(dcm, stance), lift.side, ticks_left * self._pendulum.dt)
         return Aim(foothold=heading.world(foothold, stance), zmp=heading.world(zmp, stance), steps=1, slack=math.nan)
 

@@ -1,4 +1,4 @@
-"""What is foretold of the steps to come: whether they will do, by membership in N-step sets.
+"""What is predicted of the steps to come: whether they will do, by membership in N-step sets.
 
 On the pendulum the rule's own sets say it: nothing is left out of them. A body does less and more than they hold. Its
 feet are slower than what the rule asks of them; but it also gets along with states that they call lost, for it can
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.pendulum import Pendulum
-from controllers.stepping.set_policy import SetRule
+from controllers.stepping.set_policy import SetPolicy
 from controllers.stepping.step_policy import Heading, Lift, SteppingOptions
 from models.robot import Robot, Side, other
 
@@ -22,16 +22,16 @@ Array = NDArray[np.float64]
 
 # Share of the swing speed that a body's feet are counted on for (a foot at rest is limited more by its acceleration,
 # which is counted on in full), and how far out of those sets the DCM may be [m]. More of either makes fewer false
-# alarms, and calls more pushes safe that fell the humanoid: `python -m tests.benchmarks promise` prints how many, of
-# pushes that no reported suite uses. `truth` scores them.
+# alarms, and calls more pushes safe that fell the humanoid: `python -m tests.benchmarks recoverability` prints how
+# many, of pushes that no reported suite uses. `truth` scores them.
 BODY_SPEED = 0.5
 BODY_MARGIN = 0.06
 
 
-class Promise:
+class Recoverability:
     """Foretells by the sets of a rule."""
 
-    def __init__(self, rule: SetRule, margin: float = 0.0) -> None:
+    def __init__(self, rule: SetPolicy, margin: float = 0.0) -> None:
         """Foretell.
 
         Args:
@@ -41,10 +41,10 @@ class Promise:
         self._sets, self._lift_sets, self._margin = rule.sets, rule.lift_sets, margin
 
     @classmethod
-    def of_body(cls, robot: Robot, pendulum: Pendulum, options: SteppingOptions, gain_k: float) -> Promise:
-        """What a humanoid was seen to do; arguments as of `SetRule`."""
+    def of_body(cls, robot: Robot, pendulum: Pendulum, options: SteppingOptions, gain_k: float) -> Recoverability:
+        """What a humanoid was seen to do; arguments as of `SetPolicy`."""
         slower = replace(options.limits, swing_speed=BODY_SPEED * options.limits.swing_speed)
-        return cls(SetRule(robot, pendulum, replace(options, limits=slower), gain_k), BODY_MARGIN)
+        return cls(SetPolicy(robot, pendulum, replace(options, limits=slower), gain_k), BODY_MARGIN)
 
     def standing(self, dcm: Array, feet: Mapping[Side, Array], heading: Heading, sides: Sequence[Side]) -> float:
         """The largest slack in any set of steps that begin now [m of DCM].
@@ -64,7 +64,7 @@ class Promise:
         return float(largest) + self._margin
 
     def stepping(self, dcm: Array, stance: Array, swing: Array, heading: Heading, lift: Lift, ticks_left: int) -> float:
-        """The largest slack in any set of the step under way [m of DCM]; arguments as of `StepRule.aim`."""
+        """The largest slack in any set of the step under way [m of DCM]; arguments as of `StepPolicy.aim`."""
         point, foot = heading.local(dcm, stance), heading.local(swing, stance)
         left = ticks_left * self._sets.pendulum.dt
         slacks = self._sets.slacks(point, other(lift.side), left, foot, lift.step_time)

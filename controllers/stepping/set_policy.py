@@ -31,7 +31,7 @@ HYSTERESIS = 0.005
 LANDING_SLACK = 0.015
 
 
-class SetRule:
+class SetPolicy:
     """Decides by membership.
 
     Attributes:
@@ -63,7 +63,7 @@ class SetRule:
         )
 
     def lift(self, dcm: Array, feet: Mapping[Side, Array], heading: Heading, sides: Sequence[Side]) -> Lift:
-        """See `StepRule.lift`."""
+        """See `StepPolicy.lift`."""
         found, asked = [], {}
         for side in sides:
             stance = feet[other(side)]
@@ -87,7 +87,7 @@ class SetRule:
     def aim(
         self, dcm: Array, stance: Array, swing: Array, heading: Heading, lift: Lift, ticks_left: int, steps: int
     ) -> Aim:
-        """See `StepRule.aim`."""
+        """See `StepPolicy.aim`."""
         sets, side = self.sets, other(lift.side)
         point, foot = heading.local(dcm, stance), heading.local(swing, stance)
         left = ticks_left * sets.pendulum.dt

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.geometry.support_polygon import SupportPolygon
-from controllers.stepping.contact_state import Footing
+from controllers.stepping.contact_state import ContactState
 from controllers.stepping.step_policy import Heading
 from models.robot import Robot, Side, other
 
@@ -97,7 +97,7 @@ def closing_step(
     )
 
 
-class Restorer:
+class StanceRecovery:
     """Sees when it is quiet, and leads the COG to where the closing step can begin.
 
     Attributes:
@@ -125,13 +125,13 @@ class Restorer:
         """Whether the closing step may begin, with the DCM at (2,) [m]."""
         return self.plan is not None and self.plan.may_lift(dcm, self._sole, heading)
 
-    def watch(self, time: float, dcm: Array, footing: Footing, landed: Side) -> str:
+    def watch(self, time: float, dcm: Array, contacts: ContactState, landed: Side) -> str:
         """Begin to lead the COG, or give it up; the reason in words, empty if nothing changes.
 
         Args:
             time: now [s].
             dcm: (2,) [m].
-            footing: where the feet stand.
+            contacts: where the feet stand.
             landed: the foot that landed last, which stays.
         """
         if self.plan is not None:
@@ -139,13 +139,13 @@ class Restorer:
                 return ""
             self.plan, self._tried = None, ATTEMPTS
             return "the legs do not reach so far: the stance stays"
-        if math.hypot(*(dcm - footing.middle)) > QUIET:
+        if math.hypot(*(dcm - contacts.middle)) > QUIET:
             self._quiet_since = None
         elif self._quiet_since is None:
             self._quiet_since = time
         elif time - self._quiet_since >= QUIET_FOR and self._tried < ATTEMPTS:
             self._quiet_since = None
-            self.plan = closing_step(footing.positions, landed, footing.heading, self._robot, time, self._dt)
+            self.plan = closing_step(contacts.positions, landed, contacts.heading, self._robot, time, self._dt)
             if self.plan is not None:
                 self._tried += 1
                 return f"it is quiet: the COG goes over the {landed} foot"

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from controllers.gains import Gain
 from controllers.interface import Observation
 from controllers.pendulum import Pendulum
-from controllers.stepping.contact_state import Footing
+from controllers.stepping.contact_state import ContactState
 from controllers.stepping.stance_recovery import Restoration
-from controllers.stepping.step_policy import Aim, Lift, SteppingOptions, StepRule
+from controllers.stepping.step_policy import Aim, Lift, SteppingOptions, StepPolicy
 from controllers.stepping.swing import SwingFoot
-from controllers.stepping.swing_step import Flight, touched_down
+from controllers.stepping.swing_step import SwingStep, touched_down
 from models.arena import SIDES
 from models.robot import Side, other
 
@@ -30,12 +30,12 @@ class Stepper:
     """Carries out what a rule for stepping says.
 
     Attributes:
-        flight: the step under way.
+        swing_step: the step under way.
         landed: the foot that landed last, None before the first.
     """
 
     def __init__(
-        self, pendulum: Pendulum, options: SteppingOptions, rule: StepRule, swing: type[SwingFoot] = SwingFoot
+        self, pendulum: Pendulum, options: SteppingOptions, rule: StepPolicy, swing: type[SwingFoot] = SwingFoot
     ) -> None:
         """Stand on both feet.
 
@@ -45,7 +45,7 @@ class Stepper:
             rule: decides which foot goes where.
             swing: how a foot goes through the air.
         """
-        self.flight: Flight | None = None
+        self.swing_step: SwingStep | None = None
         self.landed: Side | None = None
         self._landed_at = -math.inf
         self._pendulum = pendulum
@@ -63,76 +63,78 @@ class Stepper:
             return (other(self.landed),)
         return SIDES
 
-    def lift_off(self, observation: Observation, dcm: Array, ahead: Array, footing: Footing) -> Lift:
+    def lift_off(self, observation: Observation, dcm: Array, ahead: Array, contacts: ContactState) -> Lift:
         """Begin the best step.
 
         Args:
             observation: of this tick.
             dcm: (2,) now [m].
             ahead: (2,) the DCM that the step is chosen for [m].
-            footing: where the feet stand.
+            contacts: where the feet stand.
         """
-        feet, sides = footing.positions, self.sides(observation.time)
-        lift = self._rule.lift(ahead, feet, footing.heading, sides)
+        feet, sides = contacts.positions, self.sides(observation.time)
+        lift = self._rule.lift(ahead, feet, contacts.heading, sides)
         if lift.slack < 0.0 and ahead is not dcm:
             # The push may be over before it takes the state that far: what holds it now is worth more.
-            lift = self._rule.lift(dcm, feet, footing.heading, sides)
+            lift = self._rule.lift(dcm, feet, contacts.heading, sides)
         swing = observation.feet[lift.side].position[:2]
         ticks = round(lift.step_time / self._pendulum.dt)
-        aim = self._rule.aim(dcm, feet[other(lift.side)], swing, footing.heading, lift, ticks, lift.steps)
-        self._begin(observation, footing, lift, aim)
+        aim = self._rule.aim(dcm, feet[other(lift.side)], swing, contacts.heading, lift, ticks, lift.steps)
+        self._begin(observation, contacts, lift, aim)
         return lift
 
-    def close(self, observation: Observation, plan: Restoration, footing: Footing) -> None:
+    def close(self, observation: Observation, plan: Restoration, contacts: ContactState) -> None:
         """Begin a closing step."""
         lift = Lift(side=plan.side, step_time=plan.step_time, steps=1, slack=math.nan, candidates=())
         aim = Aim(foothold=plan.foothold, zmp=plan.over, steps=1, slack=math.nan)
-        self._begin(observation, footing, lift, aim, closing=True)
+        self._begin(observation, contacts, lift, aim, closing=True)
 
-    def fly(self, x: Array, dcm: Array, footing: Footing, gain: Gain) -> str:
+    def fly(self, x: Array, dcm: Array, contacts: ContactState, gain: Gain) -> str:
         """Aim anew; what changed of the plan in words, empty if nothing did.
 
         Args:
             x, dcm: state (4,) and its DCM (2,) [m].
-            footing: where the feet stand.
+            contacts: where the feet stand.
             gain: of the balance over one foot while the other closes up.
         """
-        flight = self.flight
-        assert flight is not None
-        stance = footing.feet[flight.stance].position
-        if flight.closing and footing.hull.slack(dcm) < 0.0:
-            flight.hasten(max(self._options.step_times), self._pendulum.dt)
-        elif flight.closing:
-            flight.aim = replace(flight.aim, zmp=stance - gain.F @ (x - self._pendulum.rest(stance)))
+        swing_step = self.swing_step
+        assert swing_step is not None
+        stance = contacts.feet[swing_step.stance].position
+        if swing_step.closing and contacts.hull.slack(dcm) < 0.0:
+            swing_step.hasten(max(self._options.step_times), self._pendulum.dt)
+        elif swing_step.closing:
+            swing_step.aim = replace(swing_step.aim, zmp=stance - gain.F @ (x - self._pendulum.rest(stance)))
             return ""
         # The first aim of a step is of this tick already, and a foot that is late only comes down.
-        if flight.left in (0, flight.ticks):
+        if swing_step.left in (0, swing_step.ticks):
             return ""
-        before, swing = flight.aim, flight.foot.position[:2]
-        aim = self._rule.aim(dcm, stance, swing, footing.heading, flight.lift, flight.left, before.steps)
-        flight.aim = aim if self._options.replan else replace(aim, foothold=before.foothold)
+        before, swing = swing_step.aim, swing_step.foot.position[:2]
+        aim = self._rule.aim(dcm, stance, swing, contacts.heading, swing_step.lift, swing_step.left, before.steps)
+        swing_step.aim = aim if self._options.replan else replace(aim, foothold=before.foothold)
         if aim.steps == before.steps and (aim.slack < 0.0) == (before.slack < 0.0):
             return ""
         return "no set holds the state" if aim.slack < 0.0 else f"the set of {aim.steps} steps holds the state"
 
     def see(self, observation: Observation) -> None:
         """Take notice of where the foot in the air is."""
-        if self.flight is not None:
-            self.flight.foot.see(observation.feet[self.flight.lift.side].position)
+        if self.swing_step is not None:
+            self.swing_step.foot.see(observation.feet[self.swing_step.lift.side].position)
 
     def land(self, observation: Observation) -> bool:
         """Whether the foot in the air has landed, which ends the step."""
-        flight = self.flight
-        if flight is None or not touched_down(observation.feet[flight.lift.side].force, flight.left, flight.ticks):
+        swing_step = self.swing_step
+        if swing_step is None or not touched_down(
+            observation.feet[swing_step.lift.side].force, swing_step.left, swing_step.ticks
+        ):
             return False
-        self.flight, self.landed, self._landed_at = None, flight.lift.side, observation.time
+        self.swing_step, self.landed, self._landed_at = None, swing_step.lift.side, observation.time
         return True
 
     def _begin(
-        self, observation: Observation, footing: Footing, lift: Lift, aim: Aim, *, closing: bool = False
+        self, observation: Observation, contacts: ContactState, lift: Lift, aim: Aim, *, closing: bool = False
     ) -> None:
         dt, start = self._pendulum.dt, observation.feet[lift.side].position
-        foot = self._swing(start, footing.heading.yaw, lift.step_time, self._options.swing_height, dt)
+        foot = self._swing(start, contacts.heading.yaw, lift.step_time, self._options.swing_height, dt)
         ticks = round(lift.step_time / dt)
-        self.flight = Flight(lift=lift, aim=aim, foot=foot, ticks=ticks, left=ticks, closing=closing)
-        footing.lift(lift.side)
+        self.swing_step = SwingStep(lift=lift, aim=aim, foot=foot, ticks=ticks, left=ticks, closing=closing)
+        contacts.lift(lift.side)

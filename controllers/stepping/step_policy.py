@@ -120,7 +120,7 @@ class Aim:
     slack: float
 
 
-class StepRule(Protocol):
+class StepPolicy(Protocol):
     """Decides steps from the DCM. Points are (2,) in the world [m]."""
 
     def lift(self, dcm: Array, feet: Mapping[Side, Array], heading: Heading, sides: Sequence[Side]) -> Lift:

@@ -31,7 +31,7 @@ def touched_down(force: float, ticks_left: int, ticks: int) -> bool:
 
 
 @dataclass(slots=True, kw_only=True)
-class Flight:
+class SwingStep:
     """A step under way.
 
     Attributes:

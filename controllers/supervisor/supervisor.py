@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.gains import Gain
-from controllers.interface import BalanceCommand, Candidate, Controller, Decision, FootReference, Observation
+from controllers.interface import BalanceCommand, Candidate, Decision, FootReference, Observation, Phase
 from controllers.pendulum import Pendulum
-from controllers.stepping.contact_state import EDGE, Footing
-from controllers.stepping.recoverability import Promise
-from controllers.stepping.stance_recovery import Restorer
+from controllers.stepping.contact_state import EDGE, ContactState
+from controllers.stepping.recoverability import Recoverability
+from controllers.stepping.stance_recovery import StanceRecovery
 from controllers.stepping.step_executor import Stepper
-from controllers.stepping.step_policy import Heading, Lift, SteppingOptions, StepRule
+from controllers.stepping.step_policy import Heading, Lift, SteppingOptions, StepPolicy
 from controllers.stepping.swing import SwingFoot
-from controllers.stepping.swing_step import Flight
+from controllers.stepping.swing_step import SwingStep
 from controllers.supervisor.regulator import Regulator
 from controllers.supervisor.step_trigger import StepTrigger
-from controllers.supervisor.zmp_bias_observer import ZmpOffset
+from controllers.supervisor.zmp_bias_observer import ZmpBiasObserver
 from models.arena import SIDES
 from models.robot import Robot
 
@@ -48,7 +48,7 @@ class Supervisor:
         pendulum: its model and the control period.
         options: how it steps.
         rule: decides the steps.
-        promise: foretells whether they will do.
+        recoverability: predicts whether they will do.
         decisions: every choice since `reset`, with its grounds.
         regulator: the regulator of the latest double support; None before the first tick.
         steps: steps begun since `reset`.
@@ -60,8 +60,8 @@ class Supervisor:
         pendulum: Pendulum,
         gains: Sequence[Gain],
         options: SteppingOptions,
-        rule: StepRule | None,
-        promise: Promise | None = None,
+        rule: StepPolicy | None,
+        recoverability: Recoverability | None = None,
         swing: type[SwingFoot] = SwingFoot,
     ) -> None:
         """Prepare.
@@ -72,13 +72,13 @@ class Supervisor:
             gains: the regulator's gain, then those to fall back on before a step.
             options: how it steps.
             rule: decides the steps; None never to step.
-            promise: foretells whether the steps will do; None for a controller that promises nothing.
+            recoverability: predicts whether the steps will do; None for a controller that predicts nothing.
             swing: how a foot goes through the air.
         """
         self.robot = robot
         self.options = options
         self.rule = rule
-        self.promise = promise
+        self.recoverability = recoverability
         self._swing = swing
         self.pendulum = pendulum
         self._gains = tuple(gains)
@@ -91,24 +91,24 @@ class Supervisor:
         self.steps = 0
         self._seen: _Seen | None = None
         self._gain = self._gains[0]
-        self._footing = Footing(self.robot.sole_vertices["left"], EDGE)
-        self._zmp_offset = ZmpOffset(self.pendulum.dt)
+        self._contacts = ContactState(self.robot.sole_vertices["left"], EDGE)
+        self._zmp_bias = ZmpBiasObserver(self.pendulum.dt)
         self._trigger = StepTrigger(self.pendulum.dt, self.options.early_trigger)
-        self._restorer = Restorer(self.robot, self.pendulum.dt)
+        self._stance_recovery = StanceRecovery(self.robot, self.pendulum.dt)
         rule = self.rule
         self._stepper = None if rule is None else Stepper(self.pendulum, self.options, rule, self._swing)
         self._may_step = True
         self._slacks = (math.nan, math.nan)
 
     @property
-    def controller(self) -> Controller:
+    def phase(self) -> Phase:
         """Who is in charge."""
-        return Controller.REGULATOR if self._flight is None else Controller.TRACKER
+        return Phase.STANDING if self._swing_step is None else Phase.STEPPING
 
     @property
     def heading(self) -> Heading:
         """Where the robot faced at the first tick, by its feet: the frame of all steps."""
-        return self._footing.heading
+        return self._contacts.heading
 
     @property
     def slacks(self) -> tuple[float, float]:
@@ -124,13 +124,13 @@ class Supervisor:
             if self._stepper.land(observation):
                 self._land(seen, self._stepper)
         slack = self._law.slack(seen.x)
-        if self._flight is None:
+        if self._swing_step is None:
             self._stand(seen, slack)
         else:
             self._fly(seen)
-        flight = self._flight
-        self._slacks = (slack, math.nan if flight is None else flight.aim.slack)
-        return self._standing(seen) if flight is None else self._stepping(seen, flight)
+        swing_step = self._swing_step
+        self._slacks = (slack, math.nan if swing_step is None else swing_step.aim.slack)
+        return self._standing(seen) if swing_step is None else self._stepping(seen, swing_step)
 
     def state(self, observation: Observation) -> Array:
         """State (4,) that the sets are asked for.
@@ -146,28 +146,30 @@ class Supervisor:
             x[3] -= about_x / lever
         return x
 
-    def foretell(self) -> tuple[float, float]:
+    def predict(self) -> tuple[float, float]:
         """What the sets say of the last tick's state: slack in the regulator's [m of ZMP], in the steppers' [m of DCM].
 
         The regulator's is NaN while a foot is in the air. The steppers' is that of the steps that are promised to do,
-        from the step under way or from the stance; NaN without a promise, or while no step may follow.
+        from the step under way or from the stance; NaN without a recoverability, or while no step may follow.
         """
-        if self.promise is None or self._seen is None or self._stepper is None:
+        if self.recoverability is None or self._seen is None or self._stepper is None:
             return self._slacks[0], math.nan
-        flight, dcm, feet = self._flight, self._seen.dcm, self._footing.positions
-        if flight is None:
+        swing_step, dcm, feet = self._swing_step, self._seen.dcm, self._contacts.positions
+        if swing_step is None:
             sides = self._stepper.sides(self._seen.observation.time)
-            promised = self.promise.standing(dcm, feet, self.heading, sides) if self._may_step else math.nan
+            promised = self.recoverability.standing(dcm, feet, self.heading, sides) if self._may_step else math.nan
             return self._slacks[0], promised
-        if flight.closing:
+        if swing_step.closing:
             return math.nan, math.nan
-        swing, left = flight.before
-        return math.nan, self.promise.stepping(dcm, feet[flight.stance], swing, self.heading, flight.lift, left)
+        swing, left = swing_step.before
+        return math.nan, self.recoverability.stepping(
+            dcm, feet[swing_step.stance], swing, self.heading, swing_step.lift, left
+        )
 
     def best_step(self, x: Array) -> Lift:
         """The step that would be taken from the latest stance in a state (4,); changes nothing."""
         assert self.rule is not None
-        return self.rule.lift(self.pendulum.dcm(x), self._footing.positions, self.heading, SIDES)
+        return self.rule.lift(self.pendulum.dcm(x), self._contacts.positions, self.heading, SIDES)
 
     @property
     def _law(self) -> Regulator:
@@ -175,21 +177,21 @@ class Supervisor:
         return self.regulator
 
     @property
-    def _flight(self) -> Flight | None:
-        return None if self._stepper is None else self._stepper.flight
+    def _swing_step(self) -> SwingStep | None:
+        return None if self._stepper is None else self._stepper.swing_step
 
     def _see(self, observation: Observation) -> _Seen:
         """Take in the state, and where the feet are."""
         x = self.state(observation)
         seen = self._seen = _Seen(observation=observation, x=x, dcm=self.pendulum.dcm(x))
         self._trigger.see(seen.dcm)
-        if self._footing.see(observation) and self._flight is None:
+        if self._contacts.see(observation) and self._swing_step is None:
             self._settle()
         return seen
 
     def _settle(self) -> None:
         """The double support is another one, and so are its sets."""
-        self.regulator = Regulator.at(self.pendulum, self._gains, dict(self._footing.feet))
+        self.regulator = Regulator.at(self.pendulum, self._gains, dict(self._contacts.feet))
 
     def _stand(self, seen: _Seen, slack: float) -> None:
         """Stay with the regulator, in whose sets the state has this slack, or begin a step."""
@@ -199,7 +201,7 @@ class Supervisor:
         if self._stepper is not None and self._may_step:
             ahead = self._trigger.ahead(seen.dcm, self._stepper.since_landing(seen.observation.time))
             if why := self._trigger.reason(self._law, seen.x, slack, ahead - seen.dcm):
-                self._restorer.renew()
+                self._stance_recovery.renew()
                 self._lift_off(seen, self._stepper, ahead, why)
                 return
             if self._restore(seen, self._stepper):
@@ -213,38 +215,38 @@ class Supervisor:
         """Bring the feet together once it is quiet; True when the closing step begins."""
         if stepper.landed is None:
             return False
-        plan = self._restorer.plan
-        if plan is not None and self._restorer.ready(seen.dcm, self.heading):
-            stepper.close(seen.observation, plan, self._footing)
+        plan = self._stance_recovery.plan
+        if plan is not None and self._stance_recovery.ready(seen.dcm, self.heading):
+            stepper.close(seen.observation, plan, self._contacts)
             self._begun()
             self._note(seen, f"the {plan.side} foot closes up")
             return True
-        if why := self._restorer.watch(seen.observation.time, seen.dcm, self._footing, stepper.landed):
+        if why := self._stance_recovery.watch(seen.observation.time, seen.dcm, self._contacts, stepper.landed):
             self._note(seen, why)
         return False
 
     def _lift_off(self, seen: _Seen, stepper: Stepper, ahead: Array, why: str) -> None:
         """Begin the step that is best for a DCM (2,)."""
-        lift = stepper.lift_off(seen.observation, seen.dcm, ahead, self._footing)
+        lift = stepper.lift_off(seen.observation, seen.dcm, ahead, self._contacts)
         self._begun()
         self._note(seen, why, candidates=lift.candidates)
 
     def _begun(self) -> None:
         """What was learned of the stance is of no use once a foot has left it."""
         self.steps += 1
-        self._restorer.interrupt()
-        self._zmp_offset.forget()
+        self._stance_recovery.interrupt()
+        self._zmp_bias.forget()
 
     def _fly(self, seen: _Seen) -> None:
         assert self._stepper is not None
-        if news := self._stepper.fly(seen.x, seen.dcm, self._footing, self._gain):
+        if news := self._stepper.fly(seen.x, seen.dcm, self._contacts, self._gain):
             self._note(seen, f"in the air: {news}")
 
     def _land(self, seen: _Seen, stepper: Stepper) -> None:
         """Stand on both feet where they are now, or go on stepping."""
-        self._footing.land()
-        self._footing.forget()
-        self._footing.see(seen.observation)
+        self._contacts.land()
+        self._contacts.forget()
+        self._contacts.see(seen.observation)
         self._settle()
         why, many = f"the {stepper.landed} foot landed", self.options.max_steps > 1
         if many and self._law.slack(seen.x) < 0.0:
@@ -256,32 +258,32 @@ class Supervisor:
 
     def _standing(self, seen: _Seen) -> BalanceCommand:
         """Command of the regulator, about the middle of the feet or on the way over the foot that stays."""
-        observation, plan = seen.observation, self._restorer.plan
-        self._zmp_offset.see(observation.zmp, self._trigger.rate)
+        observation, plan = seen.observation, self._stance_recovery.plan
+        self._zmp_bias.see(observation.zmp, self._trigger.rate)
         centre = None if plan is None else plan.centre(observation.time)
-        zmp = self._zmp_offset.made_up(self._law.zmp(seen.x, self._gain, centre), self._footing.support)
+        zmp = self._zmp_bias.made_up(self._law.zmp(seen.x, self._gain, centre), self._contacts.support)
         # Feet that are turned against each other only strain the legs when they are both pressed to the heading.
         feet = {side: FootReference.standing(observation.feet[side], observation.feet[side].yaw) for side in SIDES}
         return BalanceCommand(zmp=zmp, feet=feet)
 
-    def _stepping(self, seen: _Seen, flight: Flight) -> BalanceCommand:
+    def _stepping(self, seen: _Seen, swing_step: SwingStep) -> BalanceCommand:
         """Command of the step under way; the foot on the floor alone can be turned back to the heading."""
-        zmp = self._footing.support.nearest(flight.aim.zmp)
-        stance = FootReference.standing(seen.observation.feet[flight.stance], self.heading.yaw)
-        swing = flight.advance(self.pendulum.dt)
-        return BalanceCommand(zmp=zmp, feet={flight.stance: stance, flight.lift.side: swing})
+        zmp = self._contacts.support.nearest(swing_step.aim.zmp)
+        stance = FootReference.standing(seen.observation.feet[swing_step.stance], self.heading.yaw)
+        swing = swing_step.advance(self.pendulum.dt)
+        return BalanceCommand(zmp=zmp, feet={swing_step.stance: stance, swing_step.lift.side: swing})
 
     def _note(self, seen: _Seen, why: str, *, candidates: tuple[Candidate, ...] = ()) -> None:
-        flight = self._flight
+        swing_step = self._swing_step
         self.decisions.append(
             Decision(
                 time=seen.observation.time,
-                controller=self.controller,
+                phase=self.phase,
                 reason=why,
                 regulator_slack=self._law.slack(seen.x),
-                tracking_slack=math.nan if flight is None else flight.aim.slack,
+                tracking_slack=math.nan if swing_step is None else swing_step.aim.slack,
                 candidates=candidates,
-                plan="" if flight is None else flight.plan,
+                plan="" if swing_step is None else swing_step.plan,
                 tight=self._law.explain(seen.x),
             )
         )

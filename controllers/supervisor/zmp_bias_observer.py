@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 CALM, SMOOTHING, MOST = 0.1, 0.1, 0.02
 
 
-class ZmpOffset:
+class ZmpBiasObserver:
     """Integrates what is left between the ZMP that was wanted and the one that came of it."""
 
     def __init__(self, dt: float) -> None:

@@ -20,8 +20,8 @@ from scenarios.catalogue import check_against
 from scenarios.schema import Scenario
 from sim.episode.humanoid_world import HumanoidWorld, PushedPhysics
 from sim.episode.plant import Condition, Effort, effort, whole_body_layer
-from sim.episode.push_schedule import PushLedger
-from sim.episode.sensor_model import Observer
+from sim.episode.push_schedule import ImpulseLog
+from sim.episode.sensor_model import SensorModel
 from sim.record.outcome import FALL_HEIGHT, FALL_TILT
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ class PushRecovery(control.Task):
         self.kind = kind
         self.effort = Effort()
         self._whole_body = whole_body_layer(scenario, robot)
-        self._observer = Observer(scenario)
+        self._sensor_model = SensorModel(scenario)
         self._targets: JointTargets | None = None
         self._spec = _action_spec(kind, robot)
 
@@ -59,7 +59,7 @@ class PushRecovery(control.Task):
         """Put the robot into its stand."""
         self.world.arrange()
         self._whole_body.reset()
-        self._observer.reset()
+        self._sensor_model.reset()
 
     def before_step(self, action: Array, physics: PushedPhysics) -> None:
         """Turn an action into joint targets for the servos.
@@ -92,7 +92,7 @@ class PushRecovery(control.Task):
 
     def get_observation(self, physics: PushedPhysics) -> OrderedDict[str, Array]:
         """What the controllers see, late and noisy if the scenario says so; dm_control asks once a time step."""
-        self._seen = self._observer.see(self.world.observe())
+        self._seen = self._sensor_model.see(self.world.observe())
         return observation_as_dict(self._seen)
 
     def get_reward(self, physics: PushedPhysics) -> float:
@@ -131,7 +131,7 @@ def make_environment(scenario: Scenario, kind: ActionKind = "balance") -> contro
 
 
 class EnvironmentPlant:
-    """An environment as a `Plant`, so that any brain can be driven and recorded through it."""
+    """An environment as a `Plant`, so that any controller can be driven and recorded through it."""
 
     def __init__(self, environment: control.Environment, scenario: Scenario) -> None:
         self._environment = environment
@@ -141,9 +141,9 @@ class EnvironmentPlant:
         self._step: dm_env.TimeStep = environment.reset()
 
     @property
-    def ledger(self) -> PushLedger:
+    def impulse_log(self) -> ImpulseLog:
         """See `Plant`."""
-        return self._task.world.physics.ledger
+        return self._task.world.physics.impulse_log
 
     def observe(self) -> Observation:
         """The last time step's observation."""

@@ -11,10 +11,10 @@ from controllers.whole_body.layer import WholeBody
 from models.robot import Robot, load_robot
 from scenarios.catalogue import check_against
 from scenarios.schema import Scenario
-from sim.episode.make_controller import Brain, make_brain
+from sim.episode.make_controller import BalanceController, make_controller
 from sim.episode.plant import Plant, make_plant
 from sim.episode.recording import PushRecord, Recording, decision_as_dict
-from sim.episode.sensor_model import Observer
+from sim.episode.sensor_model import SensorModel
 from sim.episode.set_polygons import SetPolygon
 from sim.record.motors import MotorUse
 from sim.record.outcome import Outcome, judge
@@ -52,7 +52,7 @@ def run_episode(
     scenario: Scenario,
     *,
     progress: Callable[[float], None] | None = None,
-    brain: Brain | None = None,
+    controller: BalanceController | None = None,
     robot: Robot | None = None,
     layer: WholeBody | None = None,
     polygons: bool = True,
@@ -62,7 +62,7 @@ def run_episode(
     Args:
         scenario: what happens.
         progress: called now and then with the simulated time [s].
-        brain: a controller of your own; None for the one that the scenario names.
+        controller: a controller of your own; None for the one that the scenario names.
         robot: the one that the scenario names, if it has been read already.
         layer: the whole-body layer of a former episode, to be used again: see `whole_body_layer`.
         polygons: whether to work out the sets' outlines for the figure.
@@ -73,27 +73,27 @@ def run_episode(
     robot = robot or load_robot(scenario.robot)
     check_against(scenario, robot)
     plant = make_plant(scenario, robot, layer)
-    brain = brain or make_brain(scenario, robot)
-    brain.reset()
-    observer = Observer(scenario)
+    controller = controller or make_controller(scenario, robot)
+    controller.reset()
+    sensor_model = SensorModel(scenario)
     recording = Recording(scenario, plant, polygons=polygons)
     begin = time.perf_counter()
     ticks = 0
     for tick in range(scenario.ticks):
         ticks = tick + 1
-        if run_tick(plant, brain, recording, observer):
+        if run_tick(plant, controller, recording, sensor_model):
             break
         if progress is not None and tick % 100 == 0:
             progress(ticks * scenario.timing.control)
     wall = time.perf_counter() - begin - recording.aside
     trace = recording.trace()
-    pushes = recording.pushes(plant, brain.decisions, brain)
+    pushes = recording.pushes(plant, controller.decisions, controller)
     return EpisodeResult(
         scenario=scenario,
         robot=robot,
         trace=trace,
         outcome=judge(trace),
-        decisions=[decision_as_dict(decision) for decision in brain.decisions],
+        decisions=[decision_as_dict(decision) for decision in controller.decisions],
         pushes=pushes,
         motors=recording.motors(),
         set_polygons=recording.set_polygons,
@@ -101,16 +101,18 @@ def run_episode(
     )
 
 
-def run_tick(plant: Plant, brain: Brain, recording: Recording, observer: Observer | None = None) -> bool:
+def run_tick(
+    plant: Plant, controller: BalanceController, recording: Recording, sensor_model: SensorModel | None = None
+) -> bool:
     """One control tick: observe, decide, act, record; True if the episode ends here, before acting.
 
     The record is of what is; the controllers act on what they see of it.
     """
     observation = plant.observe()
     condition = plant.condition()
-    seen = observation if observer is None else observer.see(observation)
-    command = brain.command(seen)
-    if recording.see(observation, condition, command, brain):
+    seen = observation if sensor_model is None else sensor_model.see(observation)
+    command = controller.command(seen)
+    if recording.see(observation, condition, command, controller):
         return True
     recording.close(plant.advance(seen, command), plant)
     return False

@@ -15,7 +15,7 @@ from models.arena import FLOOR, SIDES, build_arena
 from models.robot import STAND, TRUNK, Robot, Side
 from scenarios.push import COG
 from scenarios.schema import Disturbance, Scenario
-from sim.episode.push_schedule import PushLedger, schedule
+from sim.episode.push_schedule import ImpulseLog, schedule
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ class PushedPhysics(dm_mujoco.Physics):
     observation is of the present and not of one physics step ago.
     """
 
-    ledger: PushLedger
+    impulse_log: ImpulseLog
     steps_done: int
     bodies: list[int]
 
@@ -35,22 +35,24 @@ class PushedPhysics(dm_mujoco.Physics):
         """Work out the first observation with the servos on, which hold the initial pose already."""
         self.forward()
 
-    def plan_pushes(self, ledger: PushLedger) -> None:
+    def plan_pushes(self, impulse_log: ImpulseLog) -> None:
         """Take a schedule of pushes, from physics step 0 on."""
-        self.ledger = ledger
+        self.impulse_log = impulse_log
         self.steps_done = 0
         # MuJoCo's body 0 is the world, which stands here for all bodies.
-        self.bodies = [0 if push.push.body == COG else self.model.body(push.push.body).id for push in ledger.scheduled]
+        self.bodies = [
+            0 if push.push.body == COG else self.model.body(push.push.body).id for push in impulse_log.scheduled
+        ]
 
     def step(self, nstep: int = 1) -> None:
         """Advance by `nstep` physics steps, each with the force of the push that acts in it."""
-        index = self.ledger.active(self.steps_done, self.steps_done + nstep)
+        index = self.impulse_log.active(self.steps_done, self.steps_done + nstep)
         if index is None:
             super().step(nstep)
             self.steps_done += nstep
             return
         for _ in range(nstep):
-            force = self.ledger.force(index, self.steps_done)
+            force = self.impulse_log.force(index, self.steps_done)
             if force is not None:
                 self._apply(index, force)
             super().step(1)
@@ -59,7 +61,7 @@ class PushedPhysics(dm_mujoco.Physics):
 
     def push_point(self, index: int) -> Array:
         """(3,) where a push acts now, world frame [m]."""
-        data, body, push = self.data.ptr, self.bodies[index], self.ledger.scheduled[index].push
+        data, body, push = self.data.ptr, self.bodies[index], self.impulse_log.scheduled[index].push
         if not body:
             return data.subtree_com[0].copy()
         if push.point is None:
@@ -70,17 +72,17 @@ class PushedPhysics(dm_mujoco.Physics):
         return point
 
     def _apply(self, index: int, force: Array) -> None:
-        data, body, push = self.data.ptr, self.bodies[index], self.ledger.scheduled[index].push
+        data, body, push = self.data.ptr, self.bodies[index], self.impulse_log.scheduled[index].push
         if not body:
             mass = self.model.ptr.body_mass
             data.xfrc_applied[:, :3] = np.outer(mass / mass.sum(), force)
-            self.ledger.book(index, data.xfrc_applied[:, :3].sum(axis=0))
+            self.impulse_log.book(index, data.xfrc_applied[:, :3].sum(axis=0))
             return
         wrench = data.xfrc_applied[body]
         wrench[:3] = force
         if push.point is not None or push.height:
             wrench[3:] = np.cross(self.push_point(index) - data.xipos[body], force)
-        self.ledger.book(index, wrench[:3])
+        self.impulse_log.book(index, wrench[:3])
 
 
 class HumanoidWorld:
@@ -129,7 +131,7 @@ class HumanoidWorld:
         """
         scenario, model, data = self._scenario, self._model, self._data
         period = scenario.timing.physics
-        self.physics.plan_pushes(PushLedger(schedule(scenario.pushes, period, self.robot.mass), period))
+        self.physics.plan_pushes(ImpulseLog(schedule(scenario.pushes, period, self.robot.mass), period))
         mujoco.mj_resetDataKeyframe(model, data, model.key(STAND).id)
         rng = np.random.default_rng(scenario.seed)
         offset = rng.normal(0.0, scenario.variation.pose, len(self.robot.joint_names))

@@ -8,13 +8,13 @@ from controllers import gains
 from controllers.baselines.paper import PaperSupervisor
 from controllers.baselines.statue import Statue
 from controllers.gains import Gain
-from controllers.interface import BalanceCommand, Controller, Decision, Observation
+from controllers.interface import BalanceCommand, Decision, Observation, Phase
 from controllers.pendulum import Pendulum
-from controllers.stepping.feedback_swing import SeenSwingFoot
-from controllers.stepping.polygon_policy import PolygonRule
-from controllers.stepping.recoverability import Promise
-from controllers.stepping.set_policy import SetRule
-from controllers.stepping.step_policy import SteppingOptions, StepRule, step_limits
+from controllers.stepping.feedback_swing import FeedbackSwing
+from controllers.stepping.polygon_policy import PolygonPolicy
+from controllers.stepping.recoverability import Recoverability
+from controllers.stepping.set_policy import SetPolicy
+from controllers.stepping.step_policy import SteppingOptions, StepPolicy, step_limits
 from controllers.stepping.swing import SwingFoot
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import Robot
@@ -24,7 +24,7 @@ from scenarios.schema import DcmGain, LqrGain, Scenario
 SOFTER = (1.25, 1.1)
 
 
-class Brain(Protocol):
+class BalanceController(Protocol):
     """A balance controller, as the episode sees it. Your own needs no more than this.
 
     Attributes:
@@ -36,8 +36,8 @@ class Brain(Protocol):
     steps: int
 
     @property
-    def controller(self) -> Controller:
-        """Who is in charge."""
+    def phase(self) -> Phase:
+        """Whether a step is under way."""
 
     def reset(self) -> None:
         """Forget the last episode."""
@@ -47,15 +47,15 @@ class Brain(Protocol):
 
 
 @runtime_checkable
-class Foreteller(Protocol):
-    """A brain that lives by sets, whose word is recorded."""
+class Predictor(Protocol):
+    """A controller that lives by sets, whose word is recorded."""
 
     @property
     def slacks(self) -> tuple[float, float]:
         """Signed slack of the last tick's state in the regulator's sets and in those of the steps under way; NaN for
         none."""
 
-    def foretell(self) -> tuple[float, float]:
+    def predict(self) -> tuple[float, float]:
         """The same, with the steps that could be begun where none is under way."""
 
 
@@ -69,7 +69,7 @@ def make_gain(scenario: Scenario, pendulum: Pendulum) -> Gain:
     return gains.poles(pendulum, gain.values)
 
 
-def make_brain(scenario: Scenario, robot: Robot) -> Brain:
+def make_controller(scenario: Scenario, robot: Robot) -> BalanceController:
     """The controller of a scenario."""
     pendulum = Pendulum(robot.omega, scenario.timing.control)
     if scenario.controller == "statue":
@@ -81,13 +81,13 @@ def make_brain(scenario: Scenario, robot: Robot) -> Brain:
     if scenario.controller == "regulator":
         return Supervisor(robot, pendulum, (gain,), options, None)
     bank = {gain.name: gain} | {soft.name: soft for k in SOFTER if (soft := gains.dcm(pendulum, k)).name != gain.name}
-    sets = SetRule(robot, pendulum, options, min(SOFTER))
-    rule: StepRule = sets if options.rule == "sets" else PolygonRule(robot, pendulum, options)
+    sets = SetPolicy(robot, pendulum, options, min(SOFTER))
+    rule: StepPolicy = sets if options.rule == "sets" else PolygonPolicy(robot, pendulum, options)
     body = scenario.world == "humanoid"
-    promise = Promise.of_body(robot, pendulum, options, min(SOFTER)) if body else Promise(sets)
+    recoverability = Recoverability.of_body(robot, pendulum, options, min(SOFTER)) if body else Recoverability(sets)
     # Inverse dynamics tells a leg what acceleration to give; the other layers send it to a place.
-    swing = SeenSwingFoot if body and scenario.whole_body == "dynamics" else SwingFoot
-    return Supervisor(robot, pendulum, tuple(bank.values()), options, rule, promise, swing)
+    swing = FeedbackSwing if body and scenario.whole_body == "dynamics" else SwingFoot
+    return Supervisor(robot, pendulum, tuple(bank.values()), options, rule, recoverability, swing)
 
 
 def make_options(scenario: Scenario, robot: Robot) -> SteppingOptions:

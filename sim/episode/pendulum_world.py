@@ -13,7 +13,7 @@ from controllers.pendulum import Pendulum
 from models.arena import SIDES
 from models.robot import Robot, Side
 from scenarios.schema import Scenario
-from sim.episode.push_schedule import PushLedger, schedule
+from sim.episode.push_schedule import ImpulseLog, schedule
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class PendulumWorld:
 
     Attributes:
         robot: whose mass, height and soles it has.
-        ledger: account of the pushes.
+        impulse_log: account of the pushes.
         ticks: control ticks done.
     """
 
@@ -49,7 +49,7 @@ class PendulumWorld:
     def reset(self) -> None:
         """Stand over the middle of the feet, leaning a little as the scenario's seed says."""
         robot, physics = self.robot, self._scenario.timing.physics
-        self.ledger = PushLedger(schedule(self._scenario.pushes, physics, robot.mass), physics)
+        self.impulse_log = ImpulseLog(schedule(self._scenario.pushes, physics, robot.mass), physics)
         self._feet = {side: np.array([*robot.sole_stance[side][:2], 0.0]) for side in SIDES}
         self._yaw = {side: robot.sole_stance[side][2] for side in SIDES}
         middle = 0.5 * (self._feet["left"] + self._feet["right"])[:2]
@@ -91,13 +91,13 @@ class PendulumWorld:
         self._polygon = self._support(lifted)
         self._zmp = self._polygon.nearest(command.zmp)
         first = self.ticks * self._substeps
-        push = self.ledger.active(first, first + self._substeps)
+        push = self.impulse_log.active(first, first + self._substeps)
         for step in range(first, first + self._substeps):
-            force = None if push is None else self.ledger.force(push, step)
+            force = None if push is None else self.impulse_log.force(push, step)
             self._x = self._step.step(self._x, self._zmp)
             if force is not None and push is not None:
                 self._x += self._pushed(force)
-                self.ledger.book(push, force)
+                self.impulse_log.book(push, force)
         for side in lifted:
             self._feet[side] = command.feet[side].position.copy()
             self._feet[side][2] = max(self._feet[side][2], 0.0)

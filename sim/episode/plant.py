@@ -16,7 +16,7 @@ from models.robot import Robot
 from scenarios.schema import Scenario
 from sim.episode.humanoid_world import HumanoidWorld
 from sim.episode.pendulum_world import PendulumWorld
-from sim.episode.push_schedule import PushLedger
+from sim.episode.push_schedule import ImpulseLog
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ class Plant(Protocol):
     robot: Robot
 
     @property
-    def ledger(self) -> PushLedger:
+    def impulse_log(self) -> ImpulseLog:
         """Account of the pushes."""
 
     def observe(self) -> Observation:
@@ -79,9 +79,9 @@ class PendulumPlant:
         self._world = PendulumWorld(scenario, robot)
 
     @property
-    def ledger(self) -> PushLedger:
+    def impulse_log(self) -> ImpulseLog:
         """See `Plant`."""
-        return self._world.ledger
+        return self._world.impulse_log
 
     def observe(self) -> Observation:
         """See `Plant`."""
@@ -114,9 +114,9 @@ class HumanoidPlant:
         self._whole_body.reset()
 
     @property
-    def ledger(self) -> PushLedger:
+    def impulse_log(self) -> ImpulseLog:
         """See `Plant`."""
-        return self.world.physics.ledger
+        return self.world.physics.impulse_log
 
     def observe(self) -> Observation:
         """See `Plant`."""

@@ -44,7 +44,7 @@ def schedule(pushes: Sequence[Push], dt: float, mass: float) -> tuple[ScheduledP
 
 
 @dataclass
-class PushLedger:
+class ImpulseLog:
     """Walks through a schedule with the physics and keeps account of what was really delivered.
 
     Attributes:

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
-from controllers.interface import BalanceCommand, Controller, Decision, Observation
+from controllers.interface import BalanceCommand, Decision, Observation, Phase
 from models.arena import SIDES
 from models.robot import Robot
 from scenarios.schema import Scenario
-from sim.episode.make_controller import Brain, Foreteller
+from sim.episode.make_controller import BalanceController, Predictor
 from sim.episode.plant import Condition, Effort, Plant
 from sim.episode.set_polygons import Plane, SetPolygon, admissible_polygons
 from sim.record.motors import MotorLog, MotorUse
@@ -43,7 +43,7 @@ class PushRecord:
             support [m of ZMP], and of the steps under way or, under the regulator, of the best from there [m of DCM;
             of ZMP for the paper's reference].
         in_regulator_set, in_tracking_set: the same as membership.
-        chosen: who answered: "tracker" if it took over before the next push, else who was in charge at its start.
+        chosen: how it was answered: "stepping" if a step was decided before the next push, else the phase at its start.
         reached: whether the episode lasted until its end.
     """
 
@@ -91,11 +91,13 @@ class Recording:
         self._ended: dict[int, dict[str, Any]] = {}
         self._support: tuple[list[float], SupportPolygon] | None = None
         self._row = np.empty(0)
-        self._brain: Brain | None = None
-        self._foreteller: Foreteller | None = None
+        self._controller: BalanceController | None = None
+        self._predictor: Predictor | None = None
         self._motors = MotorLog(robot, scenario.ticks if joints else 0)
 
-    def see(self, observation: Observation, condition: Condition, command: BalanceCommand, brain: Brain) -> bool:
+    def see(
+        self, observation: Observation, condition: Condition, command: BalanceCommand, controller: BalanceController
+    ) -> bool:
         """Write the state and the command of this tick; True if the episode may end here."""
         at, row = self._at, self._recorder.row()
         self._row = row
@@ -114,23 +116,23 @@ class Recording:
             row[column + 5] = command.feet[side].stance
         row[at.tilt] = condition.trunk_tilt
         row[at.tilt + 1] = condition.other_contact
-        row[at.controller] = brain.controller.value
-        row[at.controller + 1] = brain.steps
-        if brain is not self._brain:
+        row[at.phase] = controller.phase.value
+        row[at.phase + 1] = controller.steps
+        if controller is not self._controller:
             # Asking a protocol takes 40 us.
-            self._brain, self._foreteller = brain, brain if isinstance(brain, Foreteller) else None
-        if self._foreteller is not None:
-            row[at.slack : at.slack + 2] = self._foreteller.slacks
+            self._controller, self._predictor = controller, controller if isinstance(controller, Predictor) else None
+        if self._predictor is not None:
+            row[at.slack : at.slack + 2] = self._predictor.slacks
         row[at.slack + 2] = self._support_slack(observation)
         if at.root is not None:
             row[at.root :] = observation.configuration
-        self._note_ended_pushes(observation, x, brain)
+        self._note_ended_pushes(observation, x, controller)
         return self._early.update(row)
 
     def close(self, effort: Effort, plant: Plant) -> None:
         """Write how the tick went: the mean force of the push, where it acted, and the motors."""
         at, row = self._at, self._row
-        pushed = plant.ledger.take()
+        pushed = plant.impulse_log.take()
         if pushed is not None:
             index, impulse = pushed
             row[at.push : at.push + 3] = impulse / self.period
@@ -156,17 +158,15 @@ class Recording:
         """How much of the motors was used so far; None for the pendulum."""
         return self._motors.use(self.period)
 
-    def pushes(self, plant: Plant, decisions: list[Decision], brain: Brain) -> list[PushRecord]:
+    def pushes(self, plant: Plant, decisions: list[Decision], controller: BalanceController) -> list[PushRecord]:
         """What became of each push."""
         records = []
-        scheduled = plant.ledger.scheduled
+        scheduled = plant.impulse_log.scheduled
         for index, cut in enumerate(scheduled):
             push, ended = cut.push, self._ended.get(index, {})
             until = scheduled[index + 1].push.start if index + 1 < len(scheduled) else math.inf
-            stepped = any(
-                push.start <= d.time < until and d.controller is Controller.TRACKER and d.plan for d in decisions
-            )
-            in_charge = next((d.controller for d in reversed(decisions) if d.time <= push.start), brain.controller)
+            stepped = any(push.start <= d.time < until and d.phase is Phase.STEPPING and d.plan for d in decisions)
+            in_charge = next((d.phase for d in reversed(decisions) if d.time <= push.start), controller.phase)
             asked = float(np.linalg.norm(push.impulse_vector(self._robot.mass)))
             records.append(
                 PushRecord(
@@ -175,7 +175,7 @@ class Recording:
                     direction_deg=push.direction_deg,
                     body=push.body,
                     asked_impulse=asked,
-                    delivered_impulse=float(np.linalg.norm(plant.ledger.delivered[index])),
+                    delivered_impulse=float(np.linalg.norm(plant.impulse_log.delivered[index])),
                     delta_v=asked / self._robot.mass,
                     delta_v_over_omega=asked / self._robot.mass / self._robot.omega,
                     cog_velocity_after=ended.get("velocity"),
@@ -183,26 +183,26 @@ class Recording:
                     tracking_slack=ended.get("tracking_slack"),
                     in_regulator_set=_member(ended.get("regulator_slack")),
                     in_tracking_set=_member(ended.get("tracking_slack")),
-                    chosen=_name(in_charge, stepping=stepped),
+                    chosen=(Phase.STEPPING if stepped else in_charge).name.lower(),
                     reached=index in self._ended,
                 )
             )
         return records
 
-    def _note_ended_pushes(self, observation: Observation, x: Array, brain: Brain) -> None:
+    def _note_ended_pushes(self, observation: Observation, x: Array, controller: BalanceController) -> None:
         for index, push in enumerate(self._scenario.pushes):
             if index in self._ended or observation.time < push.end - 1e-9:
                 continue
             ended: dict[str, Any] = {"velocity": tuple(observation.cog_velocity.tolist())}
-            if self._foreteller is not None:
-                regulator, tracking = self._foreteller.foretell()
+            if self._predictor is not None:
+                regulator, tracking = self._predictor.predict()
                 ended |= {"regulator_slack": regulator, "tracking_slack": tracking}
                 last = index == len(self._scenario.pushes) - 1
                 if self._polygons and (last or not regulator >= 0.0):
                     begin = time.perf_counter()
                     along = np.abs(push.unit)
                     plane: Plane = "x-xdot" if along[0] >= along[1] else "y-ydot"
-                    self.set_polygons += admissible_polygons(brain, x, push=index + 1, planes=(plane,))
+                    self.set_polygons += admissible_polygons(controller, x, push=index + 1, planes=(plane,))
                     self.aside += time.perf_counter() - begin
             self._ended[index] = ended
 
@@ -228,7 +228,7 @@ class _Columns:
         self.time, self.cog, self.zmp = index["time"], index["cog_x"], index["zmp_x"]
         self.feet = {side: index[f"{side}_x"] for side in SIDES}
         self.tilt, self.push = index["trunk_tilt"], index["push_fx"]
-        self.controller, self.slack = index["controller"], index["regulator_slack"]
+        self.phase, self.slack = index["phase"], index["regulator_slack"]
         self.effort = index["solver_failed"]
         self.root = index["root_x"] if humanoid else None
 
@@ -248,12 +248,8 @@ def robot_facts(robot: Robot) -> dict[str, Any]:
 
 def decision_as_dict(decision: Decision) -> dict[str, Any]:
     """A decision of JSON types; NaN becomes null."""
-    fields = asdict(decision) | {"controller": _name(decision.controller, stepping=bool(decision.plan))}
+    fields = asdict(decision) | {"phase": decision.phase.name.lower()}
     return {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in fields.items()}
-
-
-def _name(controller: Controller, *, stepping: bool) -> str:
-    return "tracker" if stepping else controller.name.lower()
 
 
 def _member(slack: float | None) -> bool | None:

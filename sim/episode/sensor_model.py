@@ -14,7 +14,7 @@ from scenarios.schema import Scenario
 _STREAM = 1
 
 
-class Observer:
+class SensorModel:
     """Makes observations late and noisy, as the scenario's `[disturbance]` says; else it passes them on as they are.
 
     All that is measured comes late; noise is on position and velocity of the COG, which are what a humanoid has to

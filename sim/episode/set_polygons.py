@@ -14,12 +14,12 @@ from controllers.admissible.moa import regulator_set
 from controllers.baselines.paper import PaperSupervisor
 from controllers.geometry.polytope import EmptyPolytopeError, Polytope
 from controllers.pendulum import Pendulum
-from controllers.stepping.set_policy import SetRule
+from controllers.stepping.set_policy import SetPolicy
 from controllers.stepping.step_policy import Heading
 from controllers.supervisor.regulator import Regulator
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import Robot, other
-from sim.episode.make_controller import Brain
+from sim.episode.make_controller import BalanceController
 
 Array = NDArray[np.float64]
 Plane = Literal["x-xdot", "y-ydot"]
@@ -55,7 +55,7 @@ class SetPolygon:
 
 
 def admissible_polygons(
-    brain: Brain, x: Array, *, push: int, planes: Sequence[Plane] = ("x-xdot",)
+    controller: BalanceController, x: Array, *, push: int, planes: Sequence[Plane] = ("x-xdot",)
 ) -> tuple[SetPolygon, ...]:
     """Slices of the regulator's set and of the steppers' set through a state.
 
@@ -64,21 +64,21 @@ def admissible_polygons(
     together. The paper's reference has one set, that of its present phase.
 
     Args:
-        brain: holds the latest stance; one without sets has no polygons.
+        controller: holds the latest stance; one without sets has no polygons.
         x: (4,) measured state that the slice goes through.
         push: number of the push, from 1.
         planes: which planes to cut.
     """
-    if not isinstance(brain, Supervisor | PaperSupervisor) or brain.regulator is None:
+    if not isinstance(controller, Supervisor | PaperSupervisor) or controller.regulator is None:
         return ()
-    reach = _reach(brain.robot)
-    whole: list[tuple[Name, Polytope]] = [("regulator", _regulator(brain.regulator, reach))]
-    if (stepping := _stepping(brain, x)) is not None:
+    reach = _reach(controller.robot)
+    whole: list[tuple[Name, Polytope]] = [("regulator", _regulator(controller.regulator, reach))]
+    if (stepping := _stepping(controller, x)) is not None:
         whole.append(("tracking", stepping))
     polygons = []
     for plane in planes:
         for name, polytope in whole:
-            vertices = _cut(polytope, plane, x, brain.regulator.bank.centre, reach)
+            vertices = _cut(polytope, plane, x, controller.regulator.bank.centre, reach)
             polygons.append(SetPolygon(name=name, push=push, plane=plane, kind="slice", vertices=vertices))
     return tuple(polygons)
 
@@ -97,18 +97,18 @@ def _regulator(regulator: Regulator, reach: tuple[float, float]) -> Polytope:
     return regulator_set(softest.pendulum, softest.gain, softest.polygon, softest.centre, bounds=reach).in_world()
 
 
-def _stepping(brain: Supervisor | PaperSupervisor, x: Array) -> Polytope | None:
+def _stepping(controller: Supervisor | PaperSupervisor, x: Array) -> Polytope | None:
     """States that the steps hold which are best for x (4,)."""
-    if isinstance(brain, PaperSupervisor):
-        assert brain.tracker is not None
-        tracked = brain.tracker.sets.polytope(brain.tracker.phase)
+    if isinstance(controller, PaperSupervisor):
+        assert controller.tracker is not None
+        tracked = controller.tracker.sets.polytope(controller.tracker.phase)
         # The rows are of states where the reference was planned.
-        return Polytope(S=tracked.S, a=tracked.a + tracked.S @ (x - brain.seen(x)))
-    if not isinstance(brain.rule, SetRule):
+        return Polytope(S=tracked.S, a=tracked.a + tracked.S @ (x - controller.seen(x)))
+    if not isinstance(controller.rule, SetPolicy):
         return None
-    regulator, lift = brain.regulator, brain.best_step(x)
+    regulator, lift = controller.regulator, controller.best_step(x)
     assert regulator is not None
-    stance, sets, heading = other(lift.side), brain.rule.lift_sets, brain.heading
+    stance, sets, heading = other(lift.side), controller.rule.lift_sets, controller.heading
     origin = regulator.feet[stance].position
     swing = heading.local(regulator.feet[lift.side].position, origin)
     polygon = sets.polygon(lift.steps, stance, lift.step_time, swing, step_time=lift.step_time)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.interface import Controller
+from controllers.interface import Phase
 from sim.record.trace import Trace
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ JUDGED_AFTER = 5.0
 REST_HELD = 1.0
 """Time at rest after the last push that counts as recovered before that [s]."""
 
-_TRACKER = Controller.TRACKER.value
+_STEPPING = Phase.STEPPING.value
 # Times are sums of many periods: 1 s later is 1 s later to within the rounding of those sums.
 _ROUNDING = 1e-9
 
@@ -116,12 +116,12 @@ def judge(trace: Trace) -> Outcome:
     speed = np.sqrt(trace["cog_vx"] ** 2 + trace["cog_vy"] ** 2 + trace["cog_vz"] ** 2)
     if not np.isfinite(speed[-1]):
         return outcome(Result.NOT_SETTLED, Reason.NOT_FINITE)
-    if trace["controller"][-1] == _TRACKER:
+    if trace["phase"][-1] == _STEPPING:
         return outcome(Result.NOT_SETTLED, Reason.STEPPING)
     if speed[-1] >= REST_SPEED:
         return outcome(Result.NOT_SETTLED, Reason.MOVING)
     last_push = last_push_end(trace.metadata["scenario"])
-    resting = (speed < REST_SPEED) & (trace["controller"] != _TRACKER) & (time >= last_push - _ROUNDING)
+    resting = (speed < REST_SPEED) & (trace["phase"] != _STEPPING) & (time >= last_push - _ROUNDING)
     resting &= (trace["trunk_tilt"] <= END_TILT) & (trace["cog_z"] >= END_HEIGHT * nominal)
     if not resting[-1]:
         return outcome(Result.NOT_SETTLED, Reason.TOO_SHORT)
@@ -152,7 +152,7 @@ class EarlyEnd:
             last_push: when the last push ends [s]; None if there is none.
         """
         self._time, self._tilt, self._height = index["time"], index["trunk_tilt"], index["cog_z"]
-        self._contact, self._controller = index["other_contact"], index["controller"]
+        self._contact, self._phase = index["other_contact"], index["phase"]
         self._velocity = (index["cog_vx"], index["cog_vy"], index["cog_vz"])
         self._lowest, self._low_at_end = FALL_HEIGHT * cog_height, END_HEIGHT * cog_height
         self._last_push = math.inf if last_push is None else last_push
@@ -168,7 +168,7 @@ class EarlyEnd:
         if not math.isfinite(squared):
             return True
         upright = row[self._tilt] <= END_TILT and row[self._height] >= self._low_at_end
-        slow = squared < REST_SPEED**2 and row[self._controller] != _TRACKER
+        slow = squared < REST_SPEED**2 and row[self._phase] != _STEPPING
         if not (upright and slow and time >= self._last_push - _ROUNDING):
             self._since = None
             return False

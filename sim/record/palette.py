@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from controllers.interface import Controller
+from controllers.interface import Phase
 
 COG = "#1f5fd6"
 ZMP = "#d62020"
@@ -17,7 +17,7 @@ TRACKER = "#239023"
 STATUE = "#808080"
 PAPER = "#b8860b"
 
-CONTROLLERS = {Controller.REGULATOR: REGULATOR, Controller.TRACKER: TRACKER, Controller.STATUE: STATUE}
+PHASES = {Phase.STANDING: REGULATOR, Phase.STEPPING: TRACKER}
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

@@ -34,7 +34,7 @@ TRACE_CHANNELS: Mapping[str, str] = MappingProxyType(
     | {"trunk_tilt": "rad", "other_contact": "1"}
     | dict.fromkeys(("push_fx", "push_fy", "push_fz"), "N")
     | dict.fromkeys(("push_x", "push_y", "push_z"), "m")
-    | dict.fromkeys(("controller", "steps"), "1")
+    | dict.fromkeys(("phase", "steps"), "1")
     | dict.fromkeys(("regulator_slack", "tracking_slack", "support_slack"), "m")
     | dict.fromkeys(("solver_failed", "torque_use", "speed_use", "saturated"), "1")
 )

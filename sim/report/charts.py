@@ -1,4 +1,4 @@
-"""The charts of a report: what was recovered, and whether slack foretold it."""
+"""The charts of a report: what was recovered, and whether slack predicted it."""
 
 from __future__ import annotations
 

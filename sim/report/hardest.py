@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from controllers.interface import Controller
+from controllers.interface import Phase
 from models.errors import InputError
 from sim.analysis.statistics import Row, grouped, recovered
 from sim.analysis.summary_table import ordered
@@ -151,7 +151,7 @@ def answered(trace: Trace, start: float) -> float:
         trace: of the episode.
         start: of the push [s], which is returned if no step follows.
     """
-    stepping = trace.time[(trace["controller"] == Controller.TRACKER.value) & (trace.time >= start)]
+    stepping = trace.time[(trace["phase"] == Phase.STEPPING.value) & (trace.time >= start)]
     if not stepping.size:
         return start
     pauses = np.flatnonzero(np.diff(stepping) > _STRIP_AFTER)

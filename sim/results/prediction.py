@@ -14,8 +14,10 @@ _SETS = ("regulator_slack", "tracking_slack", "in_regulator_set", "in_tracking_s
 _ROUNDING = 1e-9
 
 
-def foretold(push: PushRecord, decisions: Sequence[Mapping[str, Any]], until: float = math.inf) -> dict[str, Any]:
-    """The columns of a table that say what was foretold of a push, and who answered it.
+def prediction_columns(
+    push: PushRecord, decisions: Sequence[Mapping[str, Any]], until: float = math.inf
+) -> dict[str, Any]:
+    """The columns of a table that say what was predicted of a push, and who answered it.
 
     Args:
         push: what became of it.
@@ -39,7 +41,7 @@ def _decided(
     for decision in decisions:
         if not start - _ROUNDING <= decision["time"] < until - _ROUNDING:
             continue
-        if decision["controller"] == "tracker" or decision["outside_all"]:
+        if decision["phase"] == "stepping" or decision["outside_all"]:
             found = {name: decision[name] for name in _SETS}
             # No step within reach is no set to be in.
             if found["tracking_slack"] is None:

@@ -15,7 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from models.errors import InputError
-from sim.results.checksum import BLANK, is_sealed, is_sound, seal
+from sim.results.checksum import BLANK, add_checksum, has_checksum, is_intact
 
 RESULTS = "results.parquet"
 """All rows of a finished sweep."""
@@ -104,11 +104,11 @@ OUTCOME: Mapping[str, Column] = MappingProxyType(
         "in_regulator_set_decision": _flag("membership at that decision"),
         "in_tracking_set_decision": _flag("the same of the tracking set that was chosen"),
         "outside_all": _flag("no set held the state at that decision"),
-        "chosen": _text("who answered the push: regulator, tracker or statue"),
+        "chosen": _text("how the push was answered: standing or stepping"),
         "mid_step": _flag("a step was under way when the push began; null of a train, or if it fell before"),
         "pushes_survived": _count("pushes of a train after which it stood until the next; null without a train"),
         "total_impulse": _number("N s", "of the survived pushes of a train; null without a train"),
-        "pushes": _text("the pushes of a train that began: size, what was foretold, whether survived; JSON"),
+        "pushes": _text("the pushes of a train that began: size, what was predicted, whether survived; JSON"),
         "steps": _count("steps begun"),
         "settle_time": _number("s", "from the end of the push to rest; null if it did not come to rest"),
         "peak_torque": _number("N m", "of the joint with the greatest torque / stall torque; null on the pendulum"),
@@ -189,7 +189,7 @@ def read_file(path: Path) -> pa.Table:
         content = path.read_bytes()
     except OSError as error:
         raise ResultsError(f"{path}: cannot be read: {error.strerror}") from None
-    if is_sealed(content) and not is_sound(content):
+    if has_checksum(content) and not is_intact(content):
         raise _damaged(path, "its checksum is wrong")
     try:
         table = pq.read_table(pa.BufferReader(content), page_checksum_verification=True)
@@ -201,7 +201,7 @@ def read_file(path: Path) -> pa.Table:
             table = table.add_column(min(SCHEMA.get_field_index(name), table.num_columns), name, nothing)
     if table.schema.names != SCHEMA.names or table.schema.types != SCHEMA.types:
         raise ResultsError(f"{path}: not a table of a sweep of this version of Okiagari; move it out of the folder")
-    if not is_sealed(content):
+    if not has_checksum(content):
         raise _damaged(path, "it has no checksum")
     return table.replace_schema_metadata(SCHEMA.metadata)
 
@@ -277,10 +277,10 @@ def write_table(table: pa.Table, path: Path) -> None:
         ResultsError: if it cannot be written, for instance because the disk is full.
     """
     sink = pa.BufferOutputStream()
-    blank = table.replace_schema_metadata({**(table.schema.metadata or {}), b"seal": BLANK.encode()})
+    blank = table.replace_schema_metadata({**(table.schema.metadata or {}), b"checksum": BLANK.encode()})
     pq.write_table(blank, sink, compression="zstd", write_page_checksum=True)
     then = "; the rows before it are safe, and the same command goes on from there"
-    write_bytes(seal(sink.getvalue().to_pybytes()), path, then)
+    write_bytes(add_checksum(sink.getvalue().to_pybytes()), path, then)
 
 
 def write_bytes(content: Any, path: Path, then: str = "") -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from scenarios.push import Push
 from sim.analysis.statistics import Row, recovered
 from sim.record.outcome import Reason
-from sim.results.prediction import foretold
+from sim.results.prediction import prediction_columns
 from sim.results.push_size import push_columns
 
 # Who only reads tables needs no physics.
@@ -53,7 +53,7 @@ def train_columns(result: EpisodeResult) -> dict[str, Any]:
 
 
 def _told(result: EpisodeResult, push: PushRecord, asked: Push, *, survived: bool, until: float) -> dict[str, Any]:
-    said = foretold(push, result.decisions, until)
+    said = prediction_columns(push, result.decisions, until)
     # JSON knows no infinity; that no step was within reach is told by the membership.
     finite = {name: None if isinstance(value, float) and math.isinf(value) else value for name, value in said.items()}
     return {"start": push.start, "survived": survived, **push_columns(result.robot, asked), **finite}
@@ -62,7 +62,7 @@ def _told(result: EpisodeResult, push: PushRecord, asked: Push, *, survived: boo
 def each_push(rows: Iterable[Row]) -> list[Row]:
     """Rows with each train taken apart: a row for each push that began, recovered if it was survived.
 
-    What was foretold of a push and how large it was is then where it is in the row of a single push.
+    What was predicted of a push and how large it was is then where it is in the row of a single push.
     """
     found: list[Row] = []
     for row in rows:

@@ -57,8 +57,8 @@ def run_pushes(robot: Robot) -> tuple[Walk, EpisodeResult]:
         }
     )
     # As in the paper the ZMP may go up to the edges of the feet.
-    brain = PaperSupervisor(robot, walk.pendulum, walk.gain, SWING_HEIGHT, edge=0.0)
-    return walk, run_episode(scenario, brain=brain, robot=robot, polygons=False)
+    controller = PaperSupervisor(robot, walk.pendulum, walk.gain, SWING_HEIGHT, edge=0.0)
+    return walk, run_episode(scenario, controller=controller, robot=robot, polygons=False)
 
 
 def _largest_jump(S: Array, a: Array, x: Array) -> float:

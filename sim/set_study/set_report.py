@@ -14,12 +14,12 @@ from controllers.admissible.limits import no_step_limit
 from controllers.admissible.moa import MoaSet
 from controllers.nstep.certificate import StepCertificate
 from controllers.nstep.step_sets import StepSets
-from controllers.stepping.set_policy import SetRule, plan_name
+from controllers.stepping.set_policy import SetPolicy, plan_name
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import Robot, load_robot
 from scenarios.push import Push
 from scenarios.schema import Scenario
-from sim.episode.make_controller import make_brain
+from sim.episode.make_controller import make_controller
 from sim.episode.plant import PendulumPlant
 from sim.episode.recording import robot_facts
 from sim.set_study import set_reach
@@ -73,9 +73,9 @@ def standing(scenario: Scenario, robot: Robot) -> tuple[Supervisor, StepSets]:
         "stepping": scenario.stepping.model_copy(update={"rule": "sets"}),
     }
     quiet = scenario.model_copy(update=changes)
-    supervisor = make_brain(quiet, robot)
+    supervisor = make_controller(quiet, robot)
     assert isinstance(supervisor, Supervisor)
-    assert isinstance(supervisor.rule, SetRule)
+    assert isinstance(supervisor.rule, SetPolicy)
     supervisor.command(PendulumPlant(quiet, robot).observe())
     return supervisor, supervisor.rule.lift_sets
 

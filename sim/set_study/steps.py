@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from controllers.geometry.polytope import polygon_area
 from controllers.nstep.step_sets import StepSets
-from controllers.stepping.set_policy import SetRule
+from controllers.stepping.set_policy import SetPolicy
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import Robot, Side
 from scenarios.schema import Scenario
-from sim.episode.make_controller import make_brain
+from sim.episode.make_controller import make_controller
 from sim.record.palette import COG, FEET
 
 Array = NDArray[np.float64]
@@ -91,11 +91,11 @@ def draw_step_sets(robot: Robot) -> tuple[Figure, list[dict[str, Any]]]:
     return figure, facts
 
 
-def _default_rule(robot: Robot) -> SetRule:
-    brain = make_brain(Scenario(description="default stepping", world="pendulum"), robot)
-    assert isinstance(brain, Supervisor)
-    assert isinstance(brain.rule, SetRule)
-    return brain.rule
+def _default_rule(robot: Robot) -> SetPolicy:
+    controller = make_controller(Scenario(description="default stepping", world="pendulum"), robot)
+    assert isinstance(controller, Supervisor)
+    assert isinstance(controller.rule, SetPolicy)
+    return controller.rule
 
 
 def _margin(robot: Robot, sets: StepSets) -> float:

@@ -16,7 +16,7 @@ from controllers.pendulum import Pendulum
 from models.errors import InputError
 from models.robot import Robot
 from scenarios.catalogue import check_against
-from scenarios.error_messages import complaint
+from scenarios.error_messages import first_error
 from scenarios.files import robot_beside
 from scenarios.push import Push
 from scenarios.random_pushes import Random
@@ -206,7 +206,7 @@ def scenario_of(loaded: LoadedSuite, episode: Episode) -> Scenario:
     try:
         return Scenario.model_validate(fields)
     except ValidationError as error:
-        raise InputError(f"{loaded.path}: {_within(parameters)}{complaint(error)}") from None
+        raise InputError(f"{loaded.path}: {_within(parameters)}{first_error(error)}") from None
 
 
 def _within(parameters: Mapping[str, Any]) -> str:

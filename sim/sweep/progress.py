@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
-from sim.sweep.scheduler import Agenda
+from sim.sweep.scheduler import Scheduler
 
 # Seconds between two lines where nobody looks at a bar.
 QUIET = 15.0
@@ -50,7 +50,7 @@ class Progress:
     ) -> None:
         self._bar.stop()
 
-    def begin(self, agenda: Agenda, outcomes: Iterable[str]) -> None:
+    def begin(self, scheduler: Scheduler, outcomes: Iterable[str]) -> None:
         """The work is known; `outcomes` are those of former runs."""
         former = list(outcomes)
         self._all, self._recovered = len(former), former.count("recovered")
@@ -58,26 +58,26 @@ class Progress:
         if former and not self._console.is_terminal:
             self._console.print(f"{self._name}: goes on after {len(former)} episodes", soft_wrap=True)
 
-    def tell(self, agenda: Agenda, outcome: str) -> None:
+    def tell(self, scheduler: Scheduler, outcome: str) -> None:
         """An episode has ended."""
         self._fresh += 1
         self._all += 1
         self._recovered += outcome == "recovered"
-        told = self.words(agenda)
-        self._bar.update(self._task, total=agenda.planned, completed=agenda.done + agenda.skipped, told=told)
+        told = self.words(scheduler)
+        self._bar.update(self._task, total=scheduler.planned, completed=scheduler.done + scheduler.skipped, told=told)
         now = time.monotonic()
         if not self._console.is_terminal and now - self._said >= self._clock:
             self._said = now
             self._console.print(f"{self._name}: {told}", soft_wrap=True)
 
-    def words(self, agenda: Agenda) -> str:
+    def words(self, scheduler: Scheduler) -> str:
         """Where it stands, in one line."""
         rate = self._fresh / max(time.monotonic() - self._begin, 1e-9)
-        left = (agenda.planned - agenda.done - agenda.skipped) / rate if rate else 0.0
-        most = "at most " if agenda.adaptive else ""
+        left = (scheduler.planned - scheduler.done - scheduler.skipped) / rate if rate else 0.0
+        most = "at most " if scheduler.adaptive else ""
         share = 100 * self._recovered / self._all
         return (
-            f"{agenda.done} of {most}{agenda.planned - agenda.skipped} episodes, {rate:.1f}/s, "
+            f"{scheduler.done} of {most}{scheduler.planned - scheduler.skipped} episodes, {rate:.1f}/s, "
             f"{most}{_span(left)} left, {share:.0f} % recovered"
         )
 

@@ -18,7 +18,7 @@ HEED = 0.2
 """Longest time until a Ctrl-C is heeded [s]."""
 
 
-class Crew:
+class Runner:
     """Runs jobs; one that fails is tried once more, and then written down as crashed."""
 
     def __init__(

@@ -10,7 +10,7 @@ from sim.sweep.plan import Episode, Series
 _RECOVERED = "recovered"
 
 
-class Agenda:
+class Scheduler:
     """What to run next: series side by side, each episode of a series after the one before.
 
     Attributes:

@@ -11,8 +11,8 @@ from scenarios.suite_catalogue import LoadedSuite
 from sim.sweep.executors import Workers
 from sim.sweep.plan import plan, scenario_of
 from sim.sweep.progress import Progress
-from sim.sweep.runner import Crew
-from sim.sweep.scheduler import Agenda
+from sim.sweep.runner import Runner
+from sim.sweep.scheduler import Scheduler
 from sim.sweep.store import Store, describe, owned, prepare
 from sim.sweep.worker import Job
 
@@ -40,20 +40,20 @@ def run_sweep(loaded: LoadedSuite, folder: Path, workers: Workers, *, progress: 
                 f"{str(folder)!r} holds {len(strangers)} episodes that are none of {loaded.name!r}; "
                 "choose another folder with --out"
             )
-        agenda = Agenda(series, store.outcomes)
+        scheduler = Scheduler(series, store.outcomes)
         if progress is not None:
-            progress.begin(agenda, store.outcomes.values())
+            progress.begin(scheduler, store.outcomes.values())
 
         def finished(job: Job, row: dict[str, Any]) -> None:
             store.add(row)
-            agenda.finish(job.episode, row["outcome"])
+            scheduler.finish(job.episode, row["outcome"])
             if progress is not None:
-                progress.tell(agenda, row["outcome"])
+                progress.tell(scheduler, row["outcome"])
 
         def jobs() -> Iterator[Job]:
-            while (episode := agenda.next()) is not None:
+            while (episode := scheduler.next()) is not None:
                 yield Job(episode=episode, scenario=scenario_of(loaded, episode))
 
-        Crew(workers, finished).work(jobs)
+        Runner(workers, finished).work(jobs)
         store.finish()
-        describe(loaded, folder, planned=agenda.planned, finished=len(store.outcomes))
+        describe(loaded, folder, planned=scheduler.planned, finished=len(store.outcomes))

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.interface import Controller
+from controllers.interface import Phase
 from controllers.whole_body.layer import WholeBody, make_whole_body
 from scenarios.schema import Scenario
 from scenarios.schema import WholeBody as WholeBodyKind
 from sim.episode.episode import EpisodeResult, run_episode
 from sim.record.motors import MotorUse
 from sim.record.versions import commit, versions
-from sim.results.prediction import foretold
+from sim.results.prediction import prediction_columns
 from sim.results.push_size import push_columns, robot_named
 from sim.results.table import COLUMNS
 from sim.results.train import train_columns
@@ -134,11 +134,11 @@ def happened(result: EpisodeResult, *, train: bool) -> dict[str, Any]:
     if train:
         return row | train_columns(result)
     row |= {"delivered_impulse": push.delivered_impulse, "mid_step": _mid_step(result)}
-    return row | foretold(push, result.decisions)
+    return row | prediction_columns(push, result.decisions)
 
 
 def _mid_step(result: EpisodeResult) -> bool | None:
     tick = int(np.searchsorted(result.trace.time, result.pushes[-1].start - _ROUNDING))
     if tick >= len(result.trace):
         return None
-    return bool(result.trace["controller"][tick] == Controller.TRACKER.value)
+    return bool(result.trace["phase"][tick] == Phase.STEPPING.value)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from sim.record.palette import COG, CONTROLLERS, DCM, PUSH, SUPPORT, ZMP
+from sim.record.palette import COG, DCM, PHASES, PUSH, SUPPORT, ZMP
 from sim.viz.playback import Playback
 
 Frame = NDArray[np.uint8]
@@ -49,8 +49,8 @@ class Caption:
         clock = self._clock(f"{self._playback.time[tick]:.2f} s")
         _blend(frame, clock, gap, gap)
         panel = self._panel(
-            self._controller_words(tick),
-            CONTROLLERS[self._playback.controller(tick)],
+            self._phase_words(tick),
+            PHASES[self._playback.phase(tick)],
             _inside("regulator set", float(trace["regulator_slack"][tick])),
             _inside("tracking set", float(trace["tracking_slack"][tick])),
         )
@@ -63,10 +63,10 @@ class Caption:
             below = self._height - self._footer[0].shape[0] - push[0].shape[0] - 2 * gap
             _blend(frame, push, (self._width - push[0].shape[1]) // 2, below)
 
-    def _controller_words(self, tick: int) -> str:
-        name = self._playback.controller(tick).name.lower()
+    def _phase_words(self, tick: int) -> str:
+        name = self._playback.phase(tick).name.lower()
         steps = int(self._playback.trace["steps"][tick])
-        return f"{name}: step {steps}" if name == "tracker" else name
+        return f"{name}: step {steps}" if name == "stepping" else name
 
     def _push_words(self, tick: int) -> str:
         now = self._playback.time[tick]

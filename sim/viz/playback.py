@@ -1,4 +1,4 @@
-"""A saved trace as pictures need it: pushes, supports, DCM and who was in charge, at any tick."""
+"""A saved trace as pictures need it: pushes, supports, DCM and standing or stepping, at any tick."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.geometry.support_polygon import Foot, support_polygon
-from controllers.interface import Controller
+from controllers.interface import Phase
 from models.arena import SIDES, Side
 from scenarios.schema import Scenario
 from sim.record.trace import Trace
@@ -75,9 +75,9 @@ class Playback:
         """The tick that `time` [s] falls in."""
         return int(np.clip(np.searchsorted(self.time, time + 1e-9, side="right") - 1, 0, len(self.time) - 1))
 
-    def controller(self, tick: int) -> Controller:
-        """Who is in charge."""
-        return Controller(int(self.trace["controller"][tick]))
+    def phase(self, tick: int) -> Phase:
+        """Whether a step is under way."""
+        return Phase(int(self.trace["phase"][tick]))
 
     def foot(self, tick: int, side: Side) -> Foot:
         """The sole of `side`, as if flat."""
@@ -105,12 +105,12 @@ class Playback:
         extent[~np.isfinite(extent).all(axis=1)] = np.nan
         return extent
 
-    def reigns(self) -> list[tuple[float, float, Controller]]:
-        """Who was in charge from when to when [s], without gaps."""
-        codes = self.trace["controller"]
+    def phases(self) -> list[tuple[float, float, Phase]]:
+        """From when to when [s] it stood and stepped, without gaps."""
+        codes = self.trace["phase"]
         starts = np.flatnonzero(np.diff(codes, prepend=np.nan) != 0)
         ends = [*self.time[starts[1:]], self.time[-1]]
-        return [(float(self.time[i]), float(end), self.controller(int(i))) for i, end in zip(starts, ends, strict=True)]
+        return [(float(self.time[i]), float(end), self.phase(int(i))) for i, end in zip(starts, ends, strict=True)]
 
     def _marks(self) -> Iterator[PushMark]:
         for number, push in enumerate(self.scenario.pushes, start=1):

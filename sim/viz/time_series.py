@@ -12,10 +12,10 @@ from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from controllers.interface import Controller
+from controllers.interface import Phase
 from models.arena import SIDES
 from sim.record.outcome import Outcome
-from sim.record.palette import COG, CONTROLLERS, FEET, PUSH, SUPPORT, ZMP, ZMP_COMMAND
+from sim.record.palette import COG, FEET, PHASES, PUSH, SUPPORT, ZMP, ZMP_COMMAND
 from sim.viz.playback import Playback
 
 _FOOT_LINES: dict[str, Literal["-", "--"]] = {"left": "-", "right": "--"}
@@ -37,7 +37,7 @@ def draw_course(figure: Figure, place: SubplotSpec, playback: Playback, outcome:
     panels = [figure.add_subplot(rows[1], sharex=strip), figure.add_subplot(rows[2], sharex=strip)]
     start, end = float(playback.time[0]), float(playback.time[-1])
     strip.set_xlim(start, max(end, start + 1e-3))
-    _draw_reigns(strip, playback)
+    _draw_phases(strip, playback)
     _name_pushes(strip, playback)
     for axis, panel in enumerate(panels):
         _draw_axis(panel, playback, axis)
@@ -52,16 +52,16 @@ def draw_course(figure: Figure, place: SubplotSpec, playback: Playback, outcome:
     legend.legend(handles=_keys(playback, outcome), loc="center", ncol=5, fontsize=9.5, frameon=False)
 
 
-def _draw_reigns(strip: Axes, playback: Playback) -> None:
+def _draw_phases(strip: Axes, playback: Playback) -> None:
     length = float(playback.time[-1] - playback.time[0])
-    for start, end, controller in playback.reigns():
-        strip.axvspan(start, end, color=CONTROLLERS[controller], linewidth=0)
+    for start, end, phase in playback.phases():
+        strip.axvspan(start, end, color=PHASES[phase], linewidth=0)
         if end - start > _WIDE_NAME * length:
             middle = (start + end) / 2
-            strip.text(middle, 0.5, controller.name.lower(), color="white", ha="center", va="center", weight="bold")
+            strip.text(middle, 0.5, phase.name.lower(), color="white", ha="center", va="center", weight="bold")
     strip.set_yticks([])
     strip.tick_params(labelbottom=False, bottom=False)
-    strip.set_ylabel("in charge", rotation=0, ha="right", va="center", fontsize=10)
+    strip.set_ylabel("phase", rotation=0, ha="right", va="center", fontsize=10)
 
 
 def _name_pushes(strip: Axes, playback: Playback) -> None:
@@ -118,12 +118,8 @@ def _keys(playback: Playback, outcome: Outcome) -> list[Line2D | Patch]:
     ]
     if playback.pushes:
         keys.append(Patch(color=PUSH, alpha=0.35, label="push"))
-    active = {controller for _, _, controller in playback.reigns()}
-    keys += [
-        Patch(color=CONTROLLERS[controller], label=f"{controller.name.lower()} in charge")
-        for controller in Controller
-        if controller in active
-    ]
+    active = {phase for _, _, phase in playback.phases()}
+    keys += [Patch(color=PHASES[phase], label=phase.name.lower()) for phase in Phase if phase in active]
     if outcome.time_of_fall is not None:
         keys.append(Line2D([], [], color="black", linestyle=":", label="fell"))
     return keys

@@ -10,7 +10,7 @@ import os
 import sys
 
 NAMES = ("sets", "loop", "zmp_tracking", "sweep")
-LONG = ("promise",)
+LONG = ("recoverability",)
 
 if __name__ == "__main__":
     # Before numpy loads: thread pools cost more than they give at this size, and blur the times.

@@ -10,7 +10,7 @@ from pathlib import Path
 from scenarios.suite_catalogue import load_suite
 from sim.sweep.executors import local
 from sim.sweep.progress import Progress
-from sim.sweep.scheduler import Agenda
+from sim.sweep.scheduler import Scheduler
 from sim.sweep.sweep import run_sweep
 from tests.benchmarks.timing import show, table
 
@@ -36,10 +36,10 @@ class Watch(Progress):
         super().__init__("watch")
         self.ends: list[float] = []
 
-    def begin(self, agenda: Agenda, outcomes: Iterable[str]) -> None:
+    def begin(self, scheduler: Scheduler, outcomes: Iterable[str]) -> None:
         """Nothing to show."""
 
-    def tell(self, agenda: Agenda, outcome: str) -> None:
+    def tell(self, scheduler: Scheduler, outcome: str) -> None:
         """Note the time."""
         self.ends.append(time.perf_counter())
 

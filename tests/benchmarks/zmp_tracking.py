@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from controllers.geometry.support_polygon import support_polygon
-from controllers.interface import BalanceCommand, Controller, Decision, FootReference, Observation
+from controllers.interface import BalanceCommand, Decision, FootReference, Observation, Phase
 from models.arena import SIDES
 from models.robot import Robot, load_robot
 from scenarios.schema import Scenario
@@ -34,7 +34,7 @@ class SineBrain:
         decisions, steps: none.
     """
 
-    controller = Controller.STATUE
+    controller = Phase.STANDING
 
     def __init__(self, robot: Robot, axis: int, frequency: float) -> None:
         self._omega, self._turn = robot.omega, 2.0 * math.pi * frequency
@@ -97,11 +97,11 @@ def track(whole_body: Literal["dynamics", "ik"], axis: int, frequency: float) ->
     """Stand and sway: how the humanoid follows the sine along x (0) or y (1)."""
     scenario = Scenario(description="stand and sway", whole_body=whole_body, duration=SETTLE + MEASURE)
     robot = load_robot(scenario.robot)
-    plant, brain = HumanoidPlant(scenario, robot), SineBrain(robot, axis, frequency)
+    plant, controller = HumanoidPlant(scenario, robot), SineBrain(robot, axis, frequency)
     rows = []
     for _ in range(scenario.ticks):
         observation = plant.observe()
-        command = brain.command(observation)
+        command = controller.command(observation)
         rows.append((observation.time, command.zmp[axis], observation.zmp[axis]))
         plant.advance(observation, command)
     time, commanded, measured = np.array(rows).T

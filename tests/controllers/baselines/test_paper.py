@@ -7,12 +7,12 @@ import pytest
 
 from controllers.baselines.paper import STEP_TIME, STRIDE, PaperSupervisor
 from controllers.baselines.tracker import Tracker
-from controllers.interface import Controller
+from controllers.interface import Phase
 from models.arena import SIDES
 from models.robot import Robot, load_robot
 from scenarios.schema import Scenario
 from sim.episode.episode import EpisodeResult, run_episode
-from sim.episode.make_controller import Foreteller, make_brain
+from sim.episode.make_controller import Predictor, make_controller
 from sim.episode.set_polygons import admissible_polygons
 from sim.record.outcome import Result
 
@@ -50,11 +50,11 @@ def run(*pushes: tuple[float, float, float], **fields: object) -> EpisodeResult:
 def test_between_the_sets_it_steps_as_planned() -> None:
     result = run((0.1, 0.0, BETWEEN))
     push, trace = result.pushes[0], result.trace
-    assert (push.in_regulator_set, push.in_tracking_set, push.chosen) == (False, True, "tracker")
+    assert (push.in_regulator_set, push.in_tracking_set, push.chosen) == (False, True, "stepping")
     assert result.outcome.result is Result.RECOVERED
     assert result.outcome.steps_taken == 2
     # Neither the time nor the place heeds the push: two steps, and the feet together a stride ahead.
-    assert (trace["controller"] == Controller.TRACKER.value).sum() == round(2 * STEP_TIME / DT)
+    assert (trace["phase"] == Phase.STEPPING.value).sum() == round(2 * STEP_TIME / DT)
     for side in SIDES:
         moved = trace[f"{side}_x"][-1] - trace[f"{side}_x"][0]
         # The foot coasts over the last two ticks.
@@ -68,7 +68,7 @@ def test_between_the_sets_it_steps_as_planned() -> None:
 
 def test_the_first_foot_is_the_right_one_and_its_time_is_the_plans() -> None:
     trace = run((0.1, 0.0, BETWEEN)).trace
-    first = trace.time[np.flatnonzero(trace["controller"])[0]]
+    first = trace.time[np.flatnonzero(trace["phase"])[0]]
     up = {side: trace.time[trace[f"{side}_stance"] == 0.0] - first for side in SIDES}
     # 0.1 s of double support at either end of a step.
     assert (up["right"].min(), up["right"].max()) == pytest.approx((0.1, 0.4 - DT), abs=1e-9)
@@ -87,12 +87,12 @@ def test_outside_all_sets_the_least_violated_is_taken_and_said() -> None:
     for result in (ahead, back):
         said = next(d for d in result.decisions if d["outside_all"])
         assert said["time"] == pytest.approx(0.1 + DT)
-        tracker = said["controller"] == "tracker"
+        tracker = said["phase"] == "stepping"
         assert tracker == (said["tracking_slack"] > said["regulator_slack"])
     # The reference reaches ahead, so that it is the regulator that a push back violates least.
     assert ahead.outcome.steps_taken > 0
     first = next(d for d in back.decisions if d["outside_all"])
-    assert first["controller"] == "regulator"
+    assert first["phase"] == "standing"
 
 
 def test_leaving_the_tracking_set_is_recorded() -> None:
@@ -100,7 +100,7 @@ def test_leaving_the_tracking_set_is_recorded() -> None:
     left = [d for d in result.decisions if d["reason"] == "the state left the tracking set"]
     assert len(left) == 1
     assert left[0]["outside_all"]
-    assert left[0]["controller"] == "tracker"
+    assert left[0]["phase"] == "stepping"
 
 
 def test_no_member_is_lost() -> None:
@@ -123,45 +123,45 @@ def test_a_later_push_finds_the_same_reference_where_the_feet_are() -> None:
     result = run((0.1, 0.0, BETWEEN), (4.0, 0.0, BETWEEN))
     assert result.outcome.result is Result.RECOVERED
     assert result.outcome.steps_taken == 4
-    assert [push.chosen for push in result.pushes] == ["tracker", "tracker"]
+    assert [push.chosen for push in result.pushes] == ["stepping", "stepping"]
     assert result.trace["left_x"][-1] - result.trace["left_x"][0] == pytest.approx(2 * STRIDE, abs=4e-4)
 
 
 def test_reset_forgets_and_its_word_is_recorded(robot: Robot) -> None:
     given = scenario((0.1, 0.0, BETWEEN))
-    brain = make_brain(given, robot)
-    assert isinstance(brain, PaperSupervisor)
-    assert isinstance(brain, Foreteller)
-    first = run_episode(given, brain=brain, polygons=False).trace
-    again = run_episode(given, brain=brain, polygons=False).trace
+    controller = make_controller(given, robot)
+    assert isinstance(controller, PaperSupervisor)
+    assert isinstance(controller, Predictor)
+    first = run_episode(given, controller=controller, polygons=False).trace
+    again = run_episode(given, controller=controller, polygons=False).trace
     assert np.array_equal(first.values, again.values, equal_nan=True)
-    assert brain.controller is Controller.REGULATOR
+    assert controller.phase is Phase.STANDING
 
 
 def test_its_polygons_are_slices_of_its_own_sets(robot: Robot) -> None:
     given = scenario((0.1, 0.0, BETWEEN))
-    brain = make_brain(given, robot)
-    run_episode(given, brain=brain, polygons=False)
-    assert isinstance(brain, PaperSupervisor)
-    assert brain.tracker is not None
-    assert brain.regulator is not None
+    controller = make_controller(given, robot)
+    run_episode(given, controller=controller, polygons=False)
+    assert isinstance(controller, PaperSupervisor)
+    assert controller.tracker is not None
+    assert controller.regulator is not None
     # After the step, where the reference stands a stride ahead of where it was planned.
-    rest = brain.regulator.softest.x_C
-    tracking = next(p for p in admissible_polygons(brain, rest, push=1) if p.name == "tracking")
+    rest = controller.regulator.softest.x_C
+    tracking = next(p for p in admissible_polygons(controller, rest, push=1) if p.name == "tracking")
     middle = tracking.vertices.mean(axis=0)
     for corner in tracking.vertices:
         for share, inside in ((0.999, True), (1.001, False)):
             x = rest.copy()
             x[[0, 1]] = middle + share * (corner - middle)
-            assert (brain.tracker.slack(brain.seen(x)) >= 0.0) == inside
+            assert (controller.tracker.slack(controller.seen(x)) >= 0.0) == inside
 
 
 def test_the_reference_waits_for_a_foot_that_is_late(robot: Robot) -> None:
-    brain = make_brain(scenario((0.1, 0.0, BETWEEN)), robot)
-    run_episode(scenario((0.1, 0.0, BETWEEN)), brain=brain, polygons=False)
-    assert isinstance(brain, PaperSupervisor)
-    assert brain.tracker is not None
-    tracker = Tracker(brain.tracker.walk, brain.tracker.sets.gain)
+    controller = make_controller(scenario((0.1, 0.0, BETWEEN)), robot)
+    run_episode(scenario((0.1, 0.0, BETWEEN)), controller=controller, polygons=False)
+    assert isinstance(controller, PaperSupervisor)
+    assert controller.tracker is not None
+    tracker = Tracker(controller.tracker.walk, controller.tracker.sets.gain)
     first, second = tracker.walk.strides
     for _ in range(first.landing + 7):
         tracker.advance()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from controllers.stepping.feedback_swing import MOST_ACCELERATION, SHORTEST, SeenSwingFoot
+from controllers.stepping.feedback_swing import MOST_ACCELERATION, SHORTEST, FeedbackSwing
 from controllers.stepping.swing import LANDING_SPEED, SEARCH_SPEED
 
 DT, DURATION, HEIGHT = 0.001, 0.3, 0.03
@@ -14,7 +14,7 @@ START, GOAL = np.array([0.0, 0.042, 0.0]), np.array([0.12, 0.05])
 
 def fly(share: float = 1.0, ticks: int = round(DURATION / DT), duration: float = DURATION) -> list:
     """References of a foot whose legs give a share of the acceleration that is asked for."""
-    foot, position, velocity, path = SeenSwingFoot(START, 0.1, duration, HEIGHT, DT), START.copy(), np.zeros(3), []
+    foot, position, velocity, path = FeedbackSwing(START, 0.1, duration, HEIGHT, DT), START.copy(), np.zeros(3), []
     for k in range(ticks):
         if k:
             foot.see(position)

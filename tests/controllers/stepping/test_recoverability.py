@@ -1,4 +1,4 @@
-"""What is foretold of steps: exactly what comes true on the pendulum, and of a body what it was seen to do."""
+"""What is predicted of steps: exactly what comes true on the pendulum, and of a body what it was seen to do."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controllers.stepping.recoverability import BODY_MARGIN, BODY_SPEED, Promise
-from controllers.stepping.set_policy import SetRule
+from controllers.stepping.recoverability import BODY_MARGIN, BODY_SPEED, Recoverability
+from controllers.stepping.set_policy import SetPolicy
 from controllers.stepping.step_policy import Heading, Lift
 from controllers.supervisor.supervisor import Supervisor
 from models.arena import SIDES
 from models.robot import other
 from scenarios.schema import Scenario
 from sim.episode.episode import run_episode
-from sim.episode.make_controller import SOFTER, make_brain, make_options
+from sim.episode.make_controller import SOFTER, make_controller, make_options
 from sim.record.outcome import Result
 from tests.controllers.sight import seen
 from tests.controllers.stepping.test_step_policy import OPTIONS, PENDULUM, ROBOT
@@ -30,54 +30,54 @@ FEET = {
 
 
 @pytest.fixture(scope="module")
-def rule() -> SetRule:
-    return SetRule(ROBOT, PENDULUM, OPTIONS, GAIN_K)
+def rule() -> SetPolicy:
+    return SetPolicy(ROBOT, PENDULUM, OPTIONS, GAIN_K)
 
 
 def somewhere(rng: np.random.Generator, reach: float = 0.35) -> np.ndarray:
     return HERE + rng.uniform(-reach, reach, size=2)
 
 
-def test_standing_it_holds_what_some_step_of_the_rule_holds(rule: SetRule) -> None:
-    rng, promise, safe = np.random.default_rng(0), Promise(rule), 0
+def test_standing_it_holds_what_some_step_of_the_rule_holds(rule: SetPolicy) -> None:
+    rng, recoverability, safe = np.random.default_rng(0), Recoverability(rule), 0
     for _ in range(200):
         dcm = somewhere(rng)
-        foretold = promise.standing(dcm, FEET, HEADING, SIDES)
-        assert (foretold >= 0.0) == (rule.lift(dcm, FEET, HEADING, SIDES).slack >= 0.0)
+        predicted = recoverability.standing(dcm, FEET, HEADING, SIDES)
+        assert (predicted >= 0.0) == (rule.lift(dcm, FEET, HEADING, SIDES).slack >= 0.0)
         # Fewer feet that may go are fewer sets.
-        assert max(promise.standing(dcm, FEET, HEADING, (side,)) for side in SIDES) == foretold
-        safe += foretold >= 0.0
+        assert max(recoverability.standing(dcm, FEET, HEADING, (side,)) for side in SIDES) == predicted
+        safe += predicted >= 0.0
     assert 20 < safe < 180
 
 
-def test_stepping_it_holds_what_some_set_of_the_foot_under_way_holds(rule: SetRule) -> None:
-    rng, promise, safe = np.random.default_rng(1), Promise(rule), 0
+def test_stepping_it_holds_what_some_set_of_the_foot_under_way_holds(rule: SetPolicy) -> None:
+    rng, recoverability, safe = np.random.default_rng(1), Recoverability(rule), 0
     for _ in range(200):
         dcm, ticks = somewhere(rng), int(rng.integers(61))
         lift = Lift(side=SIDES[int(rng.integers(2))], step_time=0.12, steps=1, slack=0.0, candidates=())
         stance, swing = FEET[other(lift.side)], FEET[lift.side] + rng.uniform(-0.1, 0.1, size=2)
-        foretold = promise.stepping(dcm, stance, swing, HEADING, lift, ticks)
+        predicted = recoverability.stepping(dcm, stance, swing, HEADING, lift, ticks)
         point, foot = HEADING.local(dcm, stance), HEADING.local(swing, stance)
         sets = [
             rule.sets.polygon(n, other(lift.side), ticks * PENDULUM.dt, foot, step_time=0.12)
             for n in range(1, OPTIONS.max_steps + 1)
         ]
-        assert (foretold >= 0.0) == any((held.S @ point <= held.a).all() for held in sets)
-        safe += foretold >= 0.0
+        assert (predicted >= 0.0) == any((held.S @ point <= held.a).all() for held in sets)
+        safe += predicted >= 0.0
     assert 10 < safe < 190
 
 
-def test_of_a_body_the_feet_are_slower_and_the_sets_grown(rule: SetRule) -> None:
-    rng, body = np.random.default_rng(2), Promise.of_body(ROBOT, PENDULUM, OPTIONS, GAIN_K)
+def test_of_a_body_the_feet_are_slower_and_the_sets_grown(rule: SetPolicy) -> None:
+    rng, body = np.random.default_rng(2), Recoverability.of_body(ROBOT, PENDULUM, OPTIONS, GAIN_K)
     limits = replace(OPTIONS.limits, swing_speed=BODY_SPEED * OPTIONS.limits.swing_speed)
-    slow = Promise(SetRule(ROBOT, PENDULUM, replace(OPTIONS, limits=limits), GAIN_K))
-    exact = Promise(rule)
+    slow = Recoverability(SetPolicy(ROBOT, PENDULUM, replace(OPTIONS, limits=limits), GAIN_K))
+    exact = Recoverability(rule)
     lift = Lift(side="left", step_time=0.16, steps=1, slack=0.0, candidates=())
     more = fewer = 0
     for _ in range(100):
         dcm = somewhere(rng)
         where = dcm, FEET["right"], FEET["left"], HEADING, lift, 60
-        grown = [promise.standing(dcm, FEET, HEADING, SIDES) for promise in (body, slow)]
+        grown = [recoverability.standing(dcm, FEET, HEADING, SIDES) for recoverability in (body, slow)]
         assert grown[0] == pytest.approx(grown[1] + BODY_MARGIN, abs=1e-12)
         assert body.stepping(*where) == pytest.approx(slow.stepping(*where) + BODY_MARGIN, abs=1e-12)
         more += body.stepping(*where) > exact.stepping(*where)
@@ -118,10 +118,13 @@ def test_each_world_has_its_own_promise() -> None:
     given = pushed(0.0, 0.5, 0)
     asked = ROBOT, PENDULUM, make_options(given, ROBOT), min(SOFTER)
     words = []
-    for world, promise in (("pendulum", Promise(SetRule(*asked))), ("humanoid", Promise.of_body(*asked))):
-        brain = make_brain(given.model_copy(update={"world": world}), ROBOT)
-        assert isinstance(brain, Supervisor)
-        brain.command(standing)
-        words.append(brain.foretell()[1])
-        assert words[-1] == promise.standing(np.zeros(2), feet, Heading(0.0), SIDES)
+    for world, recoverability in (
+        ("pendulum", Recoverability(SetPolicy(*asked))),
+        ("humanoid", Recoverability.of_body(*asked)),
+    ):
+        controller = make_controller(given.model_copy(update={"world": world}), ROBOT)
+        assert isinstance(controller, Supervisor)
+        controller.command(standing)
+        words.append(controller.predict()[1])
+        assert words[-1] == recoverability.standing(np.zeros(2), feet, Heading(0.0), SIDES)
     assert words[0] != words[1]

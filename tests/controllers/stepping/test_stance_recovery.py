@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from controllers.stepping.contact_state import EDGE, Footing
+from controllers.stepping.contact_state import EDGE, ContactState
 from controllers.stepping.stance_recovery import (
     ASTRAY,
     ATTEMPTS,
@@ -14,7 +14,7 @@ from controllers.stepping.stance_recovery import (
     QUIET,
     QUIET_FOR,
     SAFE_TO_LIFT,
-    Restorer,
+    StanceRecovery,
     closing_step,
 )
 from controllers.stepping.step_policy import Heading
@@ -29,20 +29,20 @@ def robot() -> Robot:
     return load_robot("utmu2")
 
 
-def staggered(robot: Robot, ahead: float) -> Footing:
+def staggered(robot: Robot, ahead: float) -> ContactState:
     """The left foot ahead of where it stands by nature."""
-    footing = Footing(robot.sole_vertices["left"], EDGE)
+    contacts = ContactState(robot.sole_vertices["left"], EDGE)
     half = 0.5 * robot.stance_width
-    footing.see(seen((ahead, half), (0.0, -half)))
-    return footing
+    contacts.see(seen((ahead, half), (0.0, -half)))
+    return contacts
 
 
 def until_word(
-    restorer: Restorer, footing: Footing, dcm: np.ndarray, start: float, seconds: float
+    stance_recovery: StanceRecovery, contacts: ContactState, dcm: np.ndarray, start: float, seconds: float
 ) -> tuple[float, str]:
-    """When the restorer first has something to say, and what."""
+    """When the stance recovery first has something to say, and what."""
     for time in start + DT * np.arange(round(seconds / DT)):
-        if why := restorer.watch(float(time), dcm, footing, "left"):
+        if why := stance_recovery.watch(float(time), dcm, contacts, "left"):
             return float(time) - start, why
     return seconds, ""
 
@@ -63,42 +63,42 @@ def test_the_other_foot_closes_up_beside_the_one_that_stays(robot: Robot) -> Non
 
 @pytest.mark.parametrize("ahead", [0.9 * ASTRAY, 1.0])
 def test_feet_that_stand_well_or_out_of_reach_stay(ahead: float, robot: Robot) -> None:
-    footing = staggered(robot, ahead)
-    assert closing_step(footing.positions, "left", footing.heading, robot, 0.0, DT) is None
+    contacts = staggered(robot, ahead)
+    assert closing_step(contacts.positions, "left", contacts.heading, robot, 0.0, DT) is None
 
 
 def test_it_is_led_up_to_once_it_was_quiet_for_long_enough(robot: Robot) -> None:
-    restorer, footing = Restorer(robot, DT), staggered(robot, 0.06)
-    loud = footing.middle + np.array([1.01 * QUIET, 0.0])
-    assert until_word(restorer, footing, loud, 0.0, 2.0) == (2.0, "")
-    waited, why = until_word(restorer, footing, footing.middle, 2.0, 1.0)
+    stance_recovery, contacts = StanceRecovery(robot, DT), staggered(robot, 0.06)
+    loud = contacts.middle + np.array([1.01 * QUIET, 0.0])
+    assert until_word(stance_recovery, contacts, loud, 0.0, 2.0) == (2.0, "")
+    waited, why = until_word(stance_recovery, contacts, contacts.middle, 2.0, 1.0)
     assert QUIET_FOR - DT < waited < QUIET_FOR + 2 * DT
     assert why == "it is quiet: the COG goes over the left foot"
-    assert restorer.plan is not None
+    assert stance_recovery.plan is not None
     inside = 0.5 * robot.sole_width - SAFE_TO_LIFT
-    assert restorer.ready(restorer.plan.over - [0.0, 0.99 * inside], footing.heading)
-    assert not restorer.ready(restorer.plan.over - [0.0, 1.01 * inside], footing.heading)
-    restorer.interrupt()
-    assert not restorer.ready(footing.feet["left"].position, footing.heading)
+    assert stance_recovery.ready(stance_recovery.plan.over - [0.0, 0.99 * inside], contacts.heading)
+    assert not stance_recovery.ready(stance_recovery.plan.over - [0.0, 1.01 * inside], contacts.heading)
+    stance_recovery.interrupt()
+    assert not stance_recovery.ready(contacts.feet["left"].position, contacts.heading)
 
 
 def test_it_is_given_up_until_the_next_push(robot: Robot) -> None:
-    restorer, footing = Restorer(robot, DT), staggered(robot, 0.06)
-    until_word(restorer, footing, footing.middle, 0.0, 1.0)
-    waited, why = until_word(restorer, footing, footing.middle, QUIET_FOR, 3.0)
+    stance_recovery, contacts = StanceRecovery(robot, DT), staggered(robot, 0.06)
+    until_word(stance_recovery, contacts, contacts.middle, 0.0, 1.0)
+    waited, why = until_word(stance_recovery, contacts, contacts.middle, QUIET_FOR, 3.0)
     assert waited == pytest.approx(GIVE_UP, abs=2 * DT)
     assert why == "the legs do not reach so far: the stance stays"
-    assert restorer.plan is None
-    assert until_word(restorer, footing, footing.middle, 5.0, 1.0) == (1.0, "")
-    restorer.renew()
-    assert until_word(restorer, footing, footing.middle, 6.0, 1.0)[1]
+    assert stance_recovery.plan is None
+    assert until_word(stance_recovery, contacts, contacts.middle, 5.0, 1.0) == (1.0, "")
+    stance_recovery.renew()
+    assert until_word(stance_recovery, contacts, contacts.middle, 6.0, 1.0)[1]
 
 
 def test_so_many_closing_steps_are_tried(robot: Robot) -> None:
-    restorer, footing = Restorer(robot, DT), staggered(robot, 0.06)
+    stance_recovery, contacts = StanceRecovery(robot, DT), staggered(robot, 0.06)
     words = []
     for attempt in range(ATTEMPTS + 1):
-        words.append(until_word(restorer, footing, footing.middle, float(attempt), 0.9)[1])
-        restorer.interrupt()
+        words.append(until_word(stance_recovery, contacts, contacts.middle, float(attempt), 0.9)[1])
+        stance_recovery.interrupt()
     assert all(words[:ATTEMPTS])
     assert words[ATTEMPTS] == ""

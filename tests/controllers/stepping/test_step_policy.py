@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from controllers.gains import dcm
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
 from controllers.pendulum import Pendulum
-from controllers.stepping.polygon_policy import PolygonRule
-from controllers.stepping.set_policy import SetRule
+from controllers.stepping.polygon_policy import PolygonPolicy
+from controllers.stepping.set_policy import SetPolicy
 from controllers.stepping.step_policy import OUTWARDS, Heading, SteppingOptions, natural_foothold, step_limits
 from controllers.supervisor.regulator import Regulator
 from models.arena import SIDES
@@ -40,13 +40,13 @@ angles = st.floats(-math.pi, math.pi)
 
 
 @pytest.fixture(scope="module")
-def sets() -> SetRule:
-    return SetRule(ROBOT, PENDULUM, OPTIONS, GAIN_K)
+def sets() -> SetPolicy:
+    return SetPolicy(ROBOT, PENDULUM, OPTIONS, GAIN_K)
 
 
 @pytest.fixture(scope="module")
-def polygon() -> PolygonRule:
-    return PolygonRule(ROBOT, PENDULUM, OPTIONS)
+def polygon() -> PolygonPolicy:
+    return PolygonPolicy(ROBOT, PENDULUM, OPTIONS)
 
 
 def stance(heading: Heading, at: np.ndarray, ahead: float = 0.0) -> dict[Side, np.ndarray]:
@@ -94,7 +94,9 @@ def test_the_reach_is_read_off_the_robot() -> None:
 
 @pytest.mark.parametrize("yaw", [0.0, 2.0])
 @pytest.mark.parametrize("rule", ["sets", "polygon"])
-def test_pushed_aside_the_foot_of_that_side_goes(rule: str, yaw: float, sets: SetRule, polygon: PolygonRule) -> None:
+def test_pushed_aside_the_foot_of_that_side_goes(
+    rule: str, yaw: float, sets: SetPolicy, polygon: PolygonPolicy
+) -> None:
     chosen, heading = (sets if rule == "sets" else polygon), Heading(yaw)
     at = np.array([0.7, -0.4])
     feet = stance(heading, at)
@@ -110,7 +112,7 @@ def test_pushed_aside_the_foot_of_that_side_goes(rule: str, yaw: float, sets: Se
 @pytest.mark.parametrize("rule", ["sets", "polygon"])
 @given(x=st.floats(-0.15, 0.15), y=st.floats(-0.1, 0.1), ahead=st.floats(-0.1, 0.1), yaw=angles)
 def test_what_is_aimed_at_is_within_reach(
-    rule: str, x: float, y: float, ahead: float, yaw: float, sets: SetRule, polygon: PolygonRule
+    rule: str, x: float, y: float, ahead: float, yaw: float, sets: SetPolicy, polygon: PolygonPolicy
 ) -> None:
     chosen, heading = (sets if rule == "sets" else polygon), Heading(yaw)
     at = np.array([-0.3, 0.2])
@@ -131,7 +133,7 @@ def test_what_is_aimed_at_is_within_reach(
         assert math.isnan(aim.slack)
 
 
-def test_the_same_robot_turned_and_moved_does_the_same(sets: SetRule, polygon: PolygonRule) -> None:
+def test_the_same_robot_turned_and_moved_does_the_same(sets: SetPolicy, polygon: PolygonPolicy) -> None:
     here, there, moved = Heading(0.0), Heading(1.1), np.array([0.4, -0.2])
     point = np.array([0.09, 0.03])
     for rule in (sets, polygon):
@@ -146,7 +148,7 @@ def test_the_same_robot_turned_and_moved_does_the_same(sets: SetRule, polygon: P
         )
 
 
-def test_a_step_of_the_polygon_rule_catches_the_capture_point(polygon: PolygonRule) -> None:
+def test_a_step_of_the_polygon_rule_catches_the_capture_point(polygon: PolygonPolicy) -> None:
     """Run on the pendulum, one step forward ends with the DCM inside the feet's hull."""
     heading, at = Heading(0.0), np.zeros(2)
     feet = stance(heading, at)
@@ -168,7 +170,7 @@ def test_a_step_of_the_polygon_rule_catches_the_capture_point(polygon: PolygonRu
     )
 
 
-def test_the_number_of_steps_is_not_changed_lightly(sets: SetRule) -> None:
+def test_the_number_of_steps_is_not_changed_lightly(sets: SetPolicy) -> None:
     """Fewer only with some slack to spare, more as soon as they are needed."""
     heading, at = Heading(0.0), np.zeros(2)
     feet = stance(heading, at)
@@ -191,12 +193,12 @@ def test_the_number_of_steps_is_not_changed_lightly(sets: SetRule) -> None:
     assert steps(outside, 1) > 1
 
 
-def test_sets_of_the_same_stepping_are_computed_once(sets: SetRule) -> None:
-    assert SetRule(ROBOT, PENDULUM, replace(OPTIONS, swing_height=0.05), GAIN_K).sets is sets.sets
-    assert SetRule(ROBOT, PENDULUM, replace(OPTIONS, max_steps=3), GAIN_K).sets is not sets.sets
+def test_sets_of_the_same_stepping_are_computed_once(sets: SetPolicy) -> None:
+    assert SetPolicy(ROBOT, PENDULUM, replace(OPTIONS, swing_height=0.05), GAIN_K).sets is sets.sets
+    assert SetPolicy(ROBOT, PENDULUM, replace(OPTIONS, max_steps=3), GAIN_K).sets is not sets.sets
 
 
-def test_a_stand_that_the_regulator_holds_is_where_the_steps_end(sets: SetRule) -> None:
+def test_a_stand_that_the_regulator_holds_is_where_the_steps_end(sets: SetPolicy) -> None:
     """The sets end in the regulator's of the same gain: with no time left and the foot on its foothold they agree."""
     heading, feet = Heading(0.0), stance(Heading(0.0), np.zeros(2))
     inner = sets.sets.sole.vertices
@@ -215,7 +217,7 @@ def test_a_stand_that_the_regulator_holds_is_where_the_steps_end(sets: SetRule) 
         assert (slack >= 0.0) == (standing.slack(x) >= 0.0)
 
 
-def test_a_foot_that_must_go_far_is_given_the_time_to_get_there(sets: SetRule) -> None:
+def test_a_foot_that_must_go_far_is_given_the_time_to_get_there(sets: SetPolicy) -> None:
     """From rest 0.12 s take a foot 0.22 m, 0.16 s 0.38 m; without inertia the shorter step is the better one."""
     feet, heading = stance(Heading(0.0), np.zeros(2)), Heading(0.0)
     point = np.array([0.14, 0.0])
@@ -223,10 +225,10 @@ def test_a_foot_that_must_go_far_is_given_the_time_to_get_there(sets: SetRule) -
     assert lift.slack > 0.0
     assert lift.step_time == 0.16
     weightless = replace(OPTIONS, limits=replace(OPTIONS.limits, swing_acceleration=math.inf))
-    assert SetRule(ROBOT, PENDULUM, weightless, GAIN_K).lift(point, feet, heading, SIDES).step_time == 0.12
+    assert SetPolicy(ROBOT, PENDULUM, weightless, GAIN_K).lift(point, feet, heading, SIDES).step_time == 0.12
 
 
-def test_of_steps_that_no_foot_at_rest_makes_one_is_taken_that_a_faster_foot_would(sets: SetRule) -> None:
+def test_of_steps_that_no_foot_at_rest_makes_one_is_taken_that_a_faster_foot_would(sets: SetPolicy) -> None:
     feet: dict[Side, np.ndarray] = {"left": np.array([-0.14987, 0.042]), "right": np.array([0.0, -0.042])}
     heading, point = Heading(0.0), np.array([0.19342, -0.01201])
     lift = sets.lift(point, feet, heading, SIDES)

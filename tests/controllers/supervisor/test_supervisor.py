@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from controllers.interface import Controller
+from controllers.interface import Phase
 from models.robot import load_robot
 from sim.episode.episode import run_episode
-from sim.episode.make_controller import make_brain
+from sim.episode.make_controller import make_controller
 from sim.record.outcome import Result
 from tests.controllers.pushed import assert_zmp_was_inside, push, run, scenario
 
@@ -34,7 +34,7 @@ def test_the_zmp_is_inside_at_every_tick_of_a_recovery(direction: int, gain: int
 def test_every_change_is_recorded_with_its_grounds() -> None:
     result = push(0, 0.7)
     trace, decisions = result.trace, result.decisions
-    changes = trace.time[1:][(np.diff(trace["controller"]) != 0.0) | (np.diff(trace["steps"]) != 0.0)]
+    changes = trace.time[1:][(np.diff(trace["phase"]) != 0.0) | (np.diff(trace["steps"]) != 0.0)]
     assert len(changes) >= 2
     assert set(changes) <= {d["time"] for d in decisions}
     for d in decisions:
@@ -44,7 +44,7 @@ def test_every_change_is_recorded_with_its_grounds() -> None:
         assert d["in_tracking_set"] == (stepping is not None and stepping >= 0.0)
         assert d["outside_all"] == (not d["in_regulator_set"] and not d["in_tracking_set"])
         assert d["tight"].startswith("the ZMP")
-        assert (d["controller"] == "tracker") == bool(d["plan"])
+        assert (d["phase"] == "stepping") == bool(d["plan"])
         assert not d["candidates"] or d["plan"]
 
 
@@ -70,8 +70,8 @@ def test_the_supervisor_outdoes_the_others() -> None:
 
 def test_reset_forgets_the_last_episode() -> None:
     given = scenario((0.1, 0, 0.7))
-    brain = make_brain(given, load_robot("utmu2"))
-    first = run_episode(given, brain=brain, polygons=False).trace
-    again = run_episode(given, brain=brain, polygons=False).trace
+    controller = make_controller(given, load_robot("utmu2"))
+    first = run_episode(given, controller=controller, polygons=False).trace
+    again = run_episode(given, controller=controller, polygons=False).trace
     assert np.array_equal(first.values, again.values, equal_nan=True)
-    assert brain.controller is Controller.REGULATOR
+    assert controller.phase is Phase.STANDING

@@ -11,7 +11,7 @@ import pytest
 from controllers.admissible.limits import recoverable_delta_v
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import Robot, load_robot
-from sim.episode.make_controller import make_brain
+from sim.episode.make_controller import make_controller
 from sim.episode.plant import PendulumPlant
 from sim.record.outcome import Result
 from tests.controllers.pushed import assert_zmp_was_inside, lift_offs, push, run, scenario
@@ -26,18 +26,18 @@ def robot() -> Robot:
 def test_in_the_regulators_sets_nobody_steps(direction: int) -> None:
     result = push(direction, 0.15)
     assert result.outcome.steps_taken == 0
-    assert not result.trace["controller"].any()
+    assert not result.trace["phase"].any()
     assert result.trace["regulator_slack"].min() >= 0.0
 
 
 def test_without_the_early_trigger_the_whole_of_the_regulators_set_is_stood(robot: Robot) -> None:
     late = {"early_trigger": 0.0}
     given = scenario((0.1, 0, 0.2), stepping=late)
-    brain = make_brain(given, robot)
-    assert isinstance(brain, Supervisor)
-    brain.command(PendulumPlant(given, robot).observe())
-    assert brain.regulator is not None
-    limit = recoverable_delta_v(brain.regulator.softest, 0.0)
+    controller = make_controller(given, robot)
+    assert isinstance(controller, Supervisor)
+    controller.command(PendulumPlant(given, robot).observe())
+    assert controller.regulator is not None
+    limit = recoverable_delta_v(controller.regulator.softest, 0.0)
     # A push that lasts no longer than a tick; sudden to within a tenth of a percent.
     assert not lift_offs(run((0.1, 0, 0.99 * limit, 0.002), stepping=late))
     assert lift_offs(run((0.1, 0, 1.01 * limit, 0.002), stepping=late))
@@ -47,7 +47,7 @@ def test_outside_all_sets_the_least_violated_is_taken_and_said() -> None:
     result = push(0, 4.0)
     outside = [d for d in result.decisions if d["outside_all"]]
     assert outside
-    assert all(d["controller"] == "tracker" for d in outside)
+    assert all(d["phase"] == "stepping" for d in outside)
     assert any(max(c["slack"] for c in d["candidates"]) < 0.0 for d in lift_offs(result) if d["outside_all"])
     assert result.outcome.result is not Result.RECOVERED
     assert not result.pushes[0].in_regulator_set
@@ -56,7 +56,7 @@ def test_outside_all_sets_the_least_violated_is_taken_and_said() -> None:
 
 def test_the_fewest_steps_that_suffice_are_taken_with_the_largest_slack() -> None:
     for way in (0, 60, 90, 200):
-        first = next(d for d in push(way, 0.6).decisions if d["controller"] == "tracker")
+        first = next(d for d in push(way, 0.6).decisions if d["phase"] == "stepping")
         held = [c for c in first["candidates"] if c["slack"] >= 0.0]
         assert held
 
@@ -111,7 +111,7 @@ def test_the_early_trigger_lifts_a_foot_sooner() -> None:
     for lead in (0.0, 0.05, 0.1):
         result = run((0.1, 0, 0.6), stepping={"early_trigger": lead})
         assert result.outcome.result is Result.RECOVERED
-        lifted[lead] = next(d for d in result.decisions if d["controller"] == "tracker")
+        lifted[lead] = next(d for d in result.decisions if d["phase"] == "stepping")
     assert lifted[0.1]["time"] < lifted[0.05]["time"] < lifted[0.0]["time"]
     # Without it not before the state has left the regulator's sets, with it while they still hold it.
     assert lifted[0.0]["regulator_slack"] < 0.0 <= lifted[0.1]["regulator_slack"]
@@ -125,6 +125,6 @@ def test_spin_counts_as_state_if_it_is_asked_for(robot: Robot) -> None:
     # Pitching forward is momentum about the feet as moving forward is, rolling to the right as moving to the right.
     gained = {True: [0.0, 0.3 / lever, 0.0, -0.2 / lever], False: [0.0, 0.0, 0.0, 0.0]}
     for counted, expected in gained.items():
-        brain = make_brain(scenario((0.1, 0, 0.3), stepping={"angular_momentum": counted}), robot)
-        assert isinstance(brain, Supervisor)
-        assert brain.state(spun) - brain.state(still) == pytest.approx(expected, abs=1e-15)
+        controller = make_controller(scenario((0.1, 0, 0.3), stepping={"angular_momentum": counted}), robot)
+        assert isinstance(controller, Supervisor)
+        assert controller.state(spun) - controller.state(still) == pytest.approx(expected, abs=1e-15)

@@ -37,7 +37,7 @@ def test_a_second_push_during_the_swing_moves_the_foothold() -> None:
         alone, both = (
             run(*pushes, stepping={"replan": replan}, duration=5.0) for pushes in ((first,), (first, second))
         )
-        lifted = next(d for d in alone.decisions if d["controller"] == "tracker")["time"]
+        lifted = next(d for d in alone.decisions if d["phase"] == "stepping")["time"]
         assert lifted < second[0]
         one, other = landing(alone, second[0]), landing(both, second[0])
         assert one[0] == other[0] > second[0] + second[3]
@@ -53,8 +53,8 @@ def test_a_second_push_during_the_swing_moves_the_foothold() -> None:
 def test_a_push_after_the_recovery_is_answered_from_the_new_stance() -> None:
     result = run((0.1, 30, 0.8), (3.0, 200, 0.6))
     assert result.outcome.result is Result.RECOVERED
-    assert [record.chosen for record in result.pushes] == ["tracker", "tracker"]
-    # Each was foretold by the sets of the stance it found.
+    assert [record.chosen for record in result.pushes] == ["stepping", "stepping"]
+    # Each was predicted by the sets of the stance it found.
     assert all(record.in_tracking_set for record in result.pushes)
 
 
@@ -71,6 +71,6 @@ def test_the_polygon_rule_steps_without_sets() -> None:
     assert result.outcome.result is Result.RECOVERED
     assert result.outcome.steps_taken >= 1
     assert np.isnan(result.trace["tracking_slack"]).all()
-    stepped = [d for d in result.decisions if d["controller"] == "tracker"]
+    stepped = [d for d in result.decisions if d["phase"] == "stepping"]
     assert {d["tracking_slack"] for d in stepped} == {None}
     assert [c["name"].split()[0] for c in stepped[0]["candidates"]] == ["left", "right"]

@@ -85,7 +85,7 @@ def row(law: Law, **parameters: Any) -> dict[str, Any]:
         "d_edge": d,
         "delta_v_over_omega_d": dv / (OMEGA * d),
         "delta_v_over_sqrt_gh": dv / math.sqrt(GRAVITY * HEIGHT),
-        "chosen": "statue" if not obeys else "tracker" if steps and slack < 0.0 else "regulator",
+        "chosen": "stepping" if obeys and steps and slack < 0.0 else "standing",
         "steps": 2 if steps and slack < 0.0 else 0,
         "settle_time": 1.2 if well else None,
         "peak_torque": 4.0,

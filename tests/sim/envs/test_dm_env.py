@@ -23,7 +23,7 @@ from sim.envs.dm_env import (
     observation_from_dict,
 )
 from sim.episode.episode import run_episode, run_tick
-from sim.episode.make_controller import make_brain
+from sim.episode.make_controller import make_controller
 from sim.episode.recording import Recording
 
 SHORT = load("quiet", {"duration": 0.2})
@@ -58,15 +58,15 @@ def test_driven_through_it_the_supervisor_gives_the_same_trace_bit_for_bit(kind)
     scenario = load("push_back")
     run = run_episode(scenario, polygons=False)
     plant = EnvironmentPlant(make_environment(scenario, kind), scenario)
-    brain = make_brain(scenario, plant.robot)
+    controller = make_controller(scenario, plant.robot)
     recording = Recording(scenario, plant)
     for _ in range(scenario.ticks):
-        if run_tick(plant, brain, recording):
+        if run_tick(plant, controller, recording):
             break
     trace = recording.trace()
     assert trace.channels == run.trace.channels
     assert np.array_equal(trace.values, run.trace.values, equal_nan=True)
-    assert len(brain.decisions) == len(run.decisions)
+    assert len(controller.decisions) == len(run.decisions)
 
 
 def test_a_fall_ends_the_episode_and_the_next_step_begins_anew() -> None:
@@ -99,8 +99,8 @@ def test_an_action_that_does_not_fit_is_refused(spoil) -> None:
 def test_observations_and_commands_survive_the_journey() -> None:
     environment = make_environment(SHORT)
     observation = observation_from_dict(environment.reset().observation)
-    brain = make_brain(SHORT, load_robot("utmu2"))
-    command = brain.command(observation)
+    controller = make_controller(SHORT, load_robot("utmu2"))
+    command = controller.command(observation)
     assert np.array_equal(balance_action(balance_command(balance_action(command))), balance_action(command))
     assert make_whole_body("dynamics", load_robot("utmu2"), 0.002).targets(observation, command).torque.any()
 

@@ -15,7 +15,7 @@ from scenarios.catalogue import check_against, load
 from scenarios.schema import Scenario
 from sim.episode.episode import EpisodeResult, run_episode
 from sim.episode.humanoid_world import HumanoidWorld
-from sim.episode.sensor_model import Observer
+from sim.episode.sensor_model import SensorModel
 
 ROBOT = load_robot("utmu2")
 
@@ -52,7 +52,7 @@ def test_only_the_floor_s_sliding_friction_changes() -> None:
 def test_undisturbed_observations_are_passed_on_as_they_are() -> None:
     world = HumanoidWorld(scenario(), ROBOT)
     observation = world.observe()
-    assert Observer(scenario()).see(observation) is observation
+    assert SensorModel(scenario()).see(observation) is observation
 
 
 def observations(count: int) -> list[Observation]:
@@ -66,9 +66,9 @@ def observations(count: int) -> list[Observation]:
 
 
 def test_delay_is_of_that_many_ticks() -> None:
-    observer = Observer(scenario(disturbance={"delay": 0.006}))
+    sensor_model = SensorModel(scenario(disturbance={"delay": 0.006}))
     true = observations(6)
-    seen = [observer.see(observation) for observation in true]
+    seen = [sensor_model.see(observation) for observation in true]
     assert [true.index(next(t for t in true if t.cog is s.cog)) for s in seen] == [0, 0, 0, 0, 1, 2]
     assert [s.time for s in seen] == [t.time for t in true]
 
@@ -76,16 +76,16 @@ def test_delay_is_of_that_many_ticks() -> None:
 def test_noise_has_its_size_and_its_seed() -> None:
     noisy = scenario(disturbance={"noise_position": 0.01, "noise_velocity": 0.1})
     observation = observations(1)[0]
-    observer = Observer(noisy)
-    seen = [observer.see(observation) for _ in range(2000)]
+    sensor_model = SensorModel(noisy)
+    seen = [sensor_model.see(observation) for _ in range(2000)]
     position = np.array([s.cog - observation.cog for s in seen])
     velocity = np.array([s.cog_velocity - observation.cog_velocity for s in seen])
     # 6000 samples: their standard deviation is known to 1 % (one sigma); 5 % is five sigmas.
     assert position.std() == pytest.approx(0.01, rel=0.05)
     assert velocity.std() == pytest.approx(0.1, rel=0.05)
-    observer.reset()
-    np.testing.assert_array_equal(observer.see(observation).cog, seen[0].cog)
-    other = Observer(noisy.model_copy(update={"seed": 1}))
+    sensor_model.reset()
+    np.testing.assert_array_equal(sensor_model.see(observation).cog, seen[0].cog)
+    other = SensorModel(noisy.model_copy(update={"seed": 1}))
     assert (other.see(observation).cog != seen[0].cog).all()
 
 
@@ -122,7 +122,7 @@ def spin(**push: Any) -> float:
 def test_push_on_the_cog_accelerates_all_bodies_alike() -> None:
     world = HumanoidWorld(scenario(push={"start": 0.0, "duration": 0.001, "body": "cog"}), ROBOT)
     seen = []
-    world.physics.ledger.book = lambda index, force: seen.append(  # type: ignore[method-assign]
+    world.physics.impulse_log.book = lambda index, force: seen.append(  # type: ignore[method-assign]
         (force.copy(), world.physics.data.ptr.xfrc_applied.copy())
     )
     world.physics.step(1)

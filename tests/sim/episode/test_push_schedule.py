@@ -8,7 +8,7 @@ import pytest
 from models.robot import load_robot
 from scenarios.schema import Scenario
 from sim.episode.episode import run_tick
-from sim.episode.make_controller import make_brain
+from sim.episode.make_controller import make_controller
 from sim.episode.plant import make_plant
 from sim.episode.recording import Recording
 
@@ -33,17 +33,17 @@ def scenario(world: str, **push: object) -> Scenario:
 def test_delivered_impulse(world: str, shape: str, start: float, duration: float) -> None:
     asked = scenario(world, shape=shape, start=start, duration=duration)
     robot = load_robot("utmu2")
-    plant, brain = make_plant(asked, robot), make_brain(asked, robot)
+    plant, controller = make_plant(asked, robot), make_controller(asked, robot)
     recording = Recording(asked, plant)
     while plant.observe().time < 0.4:
-        run_tick(plant, brain, recording)
-    assert plant.ledger.delivered[0] == pytest.approx(asked.pushes[0].impulse_vector(robot.mass), abs=EXACT)
-    (record,) = recording.pushes(plant, brain.decisions, brain)
+        run_tick(plant, controller, recording)
+    assert plant.impulse_log.delivered[0] == pytest.approx(asked.pushes[0].impulse_vector(robot.mass), abs=EXACT)
+    (record,) = recording.pushes(plant, controller.decisions, controller)
     assert record.delivered_impulse == pytest.approx(0.7, abs=EXACT)
     # The trace tells the same: force of each tick times its length.
     trace = recording.trace()
     force = np.column_stack([trace["push_fx"], trace["push_fy"], trace["push_fz"]])
-    assert np.nansum(force, axis=0) * asked.timing.control == pytest.approx(plant.ledger.delivered[0], abs=EXACT)
+    assert np.nansum(force, axis=0) * asked.timing.control == pytest.approx(plant.impulse_log.delivered[0], abs=EXACT)
 
 
 def test_the_body_takes_up_the_impulse_that_is_booked() -> None:
@@ -56,9 +56,9 @@ def test_the_body_takes_up_the_impulse_that_is_booked() -> None:
     data.qpos[2] += 1.0
     model.opt.gravity[:] = 0.0
     world.physics.forward()
-    brain, recording = make_brain(asked, robot), Recording(asked, plant)
+    controller, recording = make_controller(asked, robot), Recording(asked, plant)
     for _ in range(150):
-        run_tick(plant, brain, recording)
+        run_tick(plant, controller, recording)
     # implicitfast leaves Coriolis terms out of its velocity derivatives: measured 2e-4 of 0.7 N s.
     momentum = robot.mass * plant.observe().cog_velocity
     assert momentum == pytest.approx(asked.pushes[0].impulse_vector(robot.mass), abs=5e-4)
@@ -69,9 +69,9 @@ def test_a_push_off_the_com_turns_the_body_too() -> None:
     for name, point in (("com", None), ("above", [0.0, 0.0, 0.2])):
         asked = scenario("humanoid", direction=0.0, point=point)
         plant = make_plant(asked, load_robot("utmu2"))
-        brain, recording = make_brain(asked, plant.robot), Recording(asked, plant)
+        controller, recording = make_controller(asked, plant.robot), Recording(asked, plant)
         while plant.observe().time < 0.2:
-            run_tick(plant, brain, recording)
+            run_tick(plant, controller, recording)
         turned[name] = plant.condition().trunk_tilt
     assert turned["above"] > turned["com"] + 0.01
 
@@ -79,9 +79,9 @@ def test_a_push_off_the_com_turns_the_body_too() -> None:
 def test_no_force_is_left_over() -> None:
     asked = scenario("humanoid")
     plant = make_plant(asked, load_robot("utmu2"))
-    brain, recording = make_brain(asked, plant.robot), Recording(asked, plant)
+    controller, recording = make_controller(asked, plant.robot), Recording(asked, plant)
     while plant.observe().time < 0.3:
-        run_tick(plant, brain, recording)
+        run_tick(plant, controller, recording)
     world = plant.world  # type: ignore[attr-defined]
     assert not world.physics.data.ptr.xfrc_applied.any()
     force = recording.trace()["push_fx"]

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from controllers.nstep.step_sets import StepSets
-from controllers.stepping.set_policy import SetRule
+from controllers.stepping.set_policy import SetPolicy
 from controllers.stepping.step_policy import Heading, Lift
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import Robot, load_robot, other
 from scenarios.catalogue import load
-from sim.episode.make_controller import make_brain
+from sim.episode.make_controller import make_controller
 from sim.episode.plant import PendulumPlant
 from sim.episode.set_polygons import PLANES, Plane, admissible_polygons, dcm_polytope
 from sim.set_study.set_report import standing
@@ -110,8 +110,8 @@ def test_who_has_no_sets_has_no_polygons(robot: Robot) -> None:
     ):
         scenario = load("three_pushes", {"world": "pendulum", "controller": controller})
         scenario = scenario.model_copy(update={"stepping": scenario.stepping.model_copy(update=stepping)})
-        brain = make_brain(scenario, robot)
-        brain.command(PendulumPlant(scenario, robot).observe())
-        if isinstance(brain, Supervisor):
-            assert not isinstance(brain.rule, SetRule)
-        assert {one.name for one in admissible_polygons(brain, np.zeros(4), push=1)} == names
+        controller = make_controller(scenario, robot)
+        controller.command(PendulumPlant(scenario, robot).observe())
+        if isinstance(controller, Supervisor):
+            assert not isinstance(controller.rule, SetPolicy)
+        assert {one.name for one in admissible_polygons(controller, np.zeros(4), push=1)} == names

@@ -23,7 +23,7 @@ def run(
 @pytest.mark.parametrize("world", ["pendulum", "humanoid"])
 def test_two_pushes_are_stood_and_the_third_is_stepped(world: str) -> None:
     result = run(world)
-    assert [push.chosen for push in result.pushes] == ["regulator", "regulator", "tracker"]
+    assert [push.chosen for push in result.pushes] == ["standing", "standing", "stepping"]
     assert [push.in_regulator_set for push in result.pushes] == [True, True, False]
     assert result.pushes[2].in_tracking_set
     assert result.outcome.result is Result.RECOVERED

@@ -95,11 +95,11 @@ def test_the_speed_is_that_of_all_directions_together() -> None:
 
 
 def test_stepping_at_the_end_is_not_settled() -> None:
-    assert verdict(episode(7, controller=(6.0, 9.0, 1.0))) == (Result.NOT_SETTLED, Reason.STEPPING)
+    assert verdict(episode(7, phase=(6.0, 9.0, 1.0))) == (Result.NOT_SETTLED, Reason.STEPPING)
 
 
 def test_the_statue_can_recover_too() -> None:
-    assert judge(episode(7, controller=(0.0, 9.0, 2.0))).result is Result.RECOVERED
+    assert judge(episode(7, phase=(0.0, 9.0, 0.0))).result is Result.RECOVERED
 
 
 def test_rest_for_a_second_is_enough_to_stop_early() -> None:
@@ -158,8 +158,8 @@ def early_end(trace: Trace) -> int | None:
     [
         {},
         {"cog_vx": (0.0, 2.0, 0.1)},
-        {"controller": (1.05, 2.3, 1.0)},
-        {"cog_vy": (1.9, 1.95, 0.06), "controller": (1.05, 1.3, 1.0)},
+        {"phase": (1.05, 2.3, 1.0)},
+        {"cog_vy": (1.9, 1.95, 0.06), "phase": (1.05, 1.3, 1.0)},
         {"trunk_tilt": (1.5, 1.9, math.radians(46))},
         {"cog_z": (1.5, 1.9, 0.69 * HEIGHT)},
         {"trunk_tilt": (2.0, 9.0, 1.4)},
@@ -182,7 +182,7 @@ def test_ending_early_does_not_change_the_verdict(changes: dict[str, tuple[float
     "changes",
     [
         {"cog_vx": (0.0, 9.0, 0.06)},
-        {"controller": (1.0, 9.0, 1.0)},
+        {"phase": (1.0, 9.0, 1.0)},
         {"trunk_tilt": (0.0, 9.0, math.radians(46))},
         {"cog_z": (0.0, 9.0, 0.69 * HEIGHT)},
     ],

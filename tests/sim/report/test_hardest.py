@@ -78,7 +78,7 @@ def test_unknown_controllers_and_tables_without_thresholds_are_refused() -> None
 def test_steps_that_restore_the_stance_are_no_answer() -> None:
     time = np.arange(0.0, 4.0, 0.01)
     who = np.select([(time > 1.0) & (time < 1.4), (time > 1.45) & (time < 1.6), (time > 2.5) & (time < 2.8)], [1.0] * 3)
-    trace = Trace(values=np.column_stack([time, who]), units={"time": "s", "controller": "1"}, metadata={})
+    trace = Trace(values=np.column_stack([time, who]), units={"time": "s", "phase": "1"}, metadata={})
     # To a tick: of the steps between 1 s and 1.6 s the last, though one pauses for a moment; of 2.5 s when alone.
     assert answered(trace, 0.9) == pytest.approx(1.59)
     assert answered(trace, 2.0) == pytest.approx(2.79)

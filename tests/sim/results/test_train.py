@@ -81,7 +81,7 @@ def test_each_push_is_a_row_of_its_own(trains: Path) -> None:
     regulated = [push for push in pushes if push["controller"] == "regulator"]
     assert {push["in_regulator_set_end"] for push in regulated} == {True, False}
     assert all(push["delta_v_over_omega_d"] > 0.5 for push in regulated if push["outcome"] == "fell")
-    # The sets of the pendulum foretell the pendulum.
+    # The sets of the pendulum predict the pendulum.
     safe = [push for push in pushes if push["controller"] == "regulator" and push["in_regulator_set_end"]]
     assert {push["outcome"] for push in safe} == {"recovered"}
 

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.image import imread
 
 from controllers.geometry.support_polygon import support_polygon
-from controllers.interface import Controller
+from controllers.interface import Phase
 from models.arena import SIDES
 from models.robot import load_robot
 from sim.set_study.figures import NUMBERS, PICTURES, draw_set_figures
@@ -121,7 +121,7 @@ def test_step_keeps_the_zmp_within_its_supports() -> None:
     # The pendulum clamps the ZMP: inside its sets the command is never clamped, but for the last bits of a double.
     for axis in "xy":
         assert np.abs(result.trace[f"zmp_{axis}"][1:] - result.trace[f"zmp_cmd_{axis}"][:-1]).max() < 1e-9
-    tracked = result.trace["controller"] == Controller.TRACKER.value
+    tracked = result.trace["phase"] == Phase.STEPPING.value
     assert result.trace["time"][tracked][0] == pytest.approx(9.005)  # the tick after the third push
     assert tracked.sum() == 200  # two steps of 0.5 s
     assert result.outcome.steps_taken == 2

@@ -22,7 +22,7 @@ from sim.results import table as results
 from sim.results.table import read_results, row_files
 from sim.sweep import store as sweep_store
 from sim.sweep.executors import Workers, local
-from sim.sweep.runner import Crew
+from sim.sweep.runner import Runner
 from sim.sweep.sweep import run_sweep
 from tests.sim.sweep.sweep_suites import HERE, PENDULUM, Counting, die, die_once, fail, jobs, lasting, suite
 
@@ -102,10 +102,10 @@ def test_no_bit_of_a_file_can_change_unnoticed(whole: pa.Table, tmp_path: Path) 
     sound = path.read_bytes()
     assert results.read_file(path).equals(whole.slice(0, 1))
     rng = np.random.default_rng(0)
-    # What is not a page, at the end, is where most of a small file is; the seal's own place is in there, too.
+    # What is not a page, at the end, is where most of a small file is; the checksum's own place is in there, too.
     places = [*rng.integers(len(sound), size=200).tolist(), *range(len(sound) - 400, len(sound), 3)]
-    seal = sound.index(b"okiagari-sha256:")
-    for at in [*places, *range(seal - 2, seal + 82)]:
+    place = sound.index(b"okiagari-sha256:")
+    for at in [*places, *range(place - 2, place + 82)]:
         flipped = bytearray(sound)
         flipped[at] ^= 1 << int(rng.integers(8))
         path.write_bytes(flipped)
@@ -230,7 +230,7 @@ def test_dead_worker_is_replaced_and_its_episode_tried_again(
     rows: dict[str, dict[str, object]] = {}
     waiting = iter(work)
     with local(2) as workers:
-        Crew(workers, lambda job, row: rows.update({job.episode.name: row}), die_once).work(lambda: waiting)
+        Runner(workers, lambda job, row: rows.update({job.episode.name: row}), die_once).work(lambda: waiting)
     assert (tmp_path / "mark").exists()
     expected = {row["episode"]: row["trace_hash"] for row in whole.to_pylist()}
     assert {name: row["trace_hash"] for name, row in rows.items()} == {
@@ -247,7 +247,7 @@ def test_episode_that_kills_its_worker_is_written_down_as_crashed_and_no_other(
     rows: dict[str, dict[str, object]] = {}
     waiting = iter(work)
     with local(2) as workers:
-        Crew(workers, lambda job, row: rows.update({job.episode.name: row}), die).work(lambda: waiting)
+        Runner(workers, lambda job, row: rows.update({job.episode.name: row}), die).work(lambda: waiting)
     assert len(rows) == 6
     row = rows.pop(victim.name)
     assert row["outcome"] == "crashed"
@@ -262,7 +262,7 @@ def test_error_is_tried_twice_and_kept_with_its_traceback(tmp_path: Path, monkey
     (first, *_) = jobs(suite(tmp_path))
     rows = []
     waiting = iter([first])
-    Crew(HERE, lambda job, row: rows.append(row), fail).work(lambda: waiting)
+    Runner(HERE, lambda job, row: rows.append(row), fail).work(lambda: waiting)
     (row,) = rows
     assert (row["outcome"], row["reason"]) == ("crashed", "ZeroDivisionError: on purpose")
     assert row["traceback"].startswith("Traceback")

@@ -12,7 +12,7 @@ import pytest
 
 from sim.sweep.executors import Workers
 from sim.sweep.interrupts import HeldInterrupt
-from sim.sweep.runner import Crew
+from sim.sweep.runner import Runner
 from sim.sweep.worker import Job
 from tests.sim.sweep.sweep_suites import Counting, jobs, suite
 
@@ -99,7 +99,7 @@ def test_crew_hands_its_job_out_before_it_gives_way(tmp_path: Path) -> None:
     work = jobs(suite(tmp_path))
     waiting = iter(work[:6])
     ran: list[str] = []
-    crew = Crew(Workers(count=1, make=lambda: Struck(ran)), lambda job, row: None)
+    crew = Runner(Workers(count=1, make=lambda: Struck(ran)), lambda job, row: None)
     with pytest.raises(KeyboardInterrupt):
         crew.work(lambda: waiting)
     assert ran == [job.episode.name for job in work[:2]]

@@ -16,7 +16,7 @@ from sim.results.table import COLUMNS, OUTCOME, PARAMETERS, SCHEMA, read_results
 from sim.sweep import store as sweep_store
 from sim.sweep.executors import Workers, local
 from sim.sweep.plan import Episode, Series, plan
-from sim.sweep.scheduler import Agenda
+from sim.sweep.scheduler import Scheduler
 from sim.sweep.sweep import run_sweep
 from sim.sweep.worker import trace_hash
 from tests.sim.sweep.sweep_suites import HERE, HUMANOID, Counting, lasting, suite
@@ -136,37 +136,37 @@ def series(name: str, length: int, stop_after: int | None) -> Series:
     return Series(name=name, episodes=episodes, stop_after=stop_after)
 
 
-def played(agenda: Agenda, falls_from: int) -> list[str]:
+def played(scheduler: Scheduler, falls_from: int) -> list[str]:
     """Names in the order in which a single worker runs them."""
     ran = []
-    while (episode := agenda.next()) is not None:
+    while (episode := scheduler.next()) is not None:
         ran.append(episode.name)
-        agenda.finish(episode, "fell" if int(episode.name[1:]) >= falls_from else "recovered")
+        scheduler.finish(episode, "fell" if int(episode.name[1:]) >= falls_from else "recovered")
     return ran
 
 
 def test_series_stops_after_straight_failures() -> None:
-    agenda = Agenda([series("a", 20, 3)], {})
-    assert played(agenda, 4) == [f"a{i}" for i in range(7)]
-    assert (agenda.done, agenda.skipped, agenda.planned) == (7, 13, 20)
+    scheduler = Scheduler([series("a", 20, 3)], {})
+    assert played(scheduler, 4) == [f"a{i}" for i in range(7)]
+    assert (scheduler.done, scheduler.skipped, scheduler.planned) == (7, 13, 20)
 
 
 def test_a_recovery_between_starts_the_count_again() -> None:
     finished = dict.fromkeys(("a0", "a1", "a3"), "fell") | {"a2": "recovered"}
-    agenda = Agenda([series("a", 20, 3)], finished)
-    assert played(agenda, 0) == ["a4", "a5"]
-    assert Agenda([series("a", 20, 3)], finished | {"a4": "not_settled", "a5": "fell"}).next() is None
+    scheduler = Scheduler([series("a", 20, 3)], finished)
+    assert played(scheduler, 0) == ["a4", "a5"]
+    assert Scheduler([series("a", 20, 3)], finished | {"a4": "not_settled", "a5": "fell"}).next() is None
 
 
 def test_series_run_side_by_side_and_an_episode_at_a_time() -> None:
-    agenda = Agenda([series("a", 3, 3), series("b", 3, 3)], {})
-    first, second = agenda.next(), agenda.next()
+    scheduler = Scheduler([series("a", 3, 3), series("b", 3, 3)], {})
+    first, second = scheduler.next(), scheduler.next()
     assert first is not None
     assert second is not None
     assert {first.name, second.name} == {"a0", "b0"}
-    assert agenda.next() is None
-    agenda.finish(second, "recovered")
-    third = agenda.next()
+    assert scheduler.next() is None
+    scheduler.finish(second, "recovered")
+    third = scheduler.next()
     assert third is not None
     assert third.name == "b1"
 

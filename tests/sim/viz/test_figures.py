@@ -29,7 +29,7 @@ class Shown:
 
 
 def pushed(count: int = 3, duration: float = 12.0) -> Trace:
-    """Pushes forward, each larger; after the last, the tracker is in charge for 0.6 s and steps 0.1 m."""
+    """Pushes forward, each larger; after the last, it steps 0.1 m within 0.6 s."""
     gap = duration / (count + 1)
     pushes = [{"start": gap * (i + 1), "direction": 0, "delta_v": 0.1 * (i + 1)} for i in range(count)]
     run = scenario(world="pendulum", duration=duration, pushes=pushes)
@@ -41,7 +41,7 @@ def pushed(count: int = 3, duration: float = 12.0) -> Trace:
         for p in pushes  # type: ignore[arg-type, type-var]
     )
     return still_trace(
-        run, controller=tracker, left_force=np.where(tracker, 0.0, 30.0), left_x=stepped, right_x=stepped, cog_vx=speed
+        run, phase=tracker, left_force=np.where(tracker, 0.0, 30.0), left_x=stepped, right_x=stepped, cog_vx=speed
     )
 
 
@@ -135,9 +135,7 @@ def test_a_fall_is_marked_even_if_nothing_can_be_measured(tmp_path: Path) -> Non
     run = scenario(duration=1.0, controller="statue", pushes=[{"start": 0.5, "direction": 0, "impulse": 5.0}])
     fallen = during(run, 0.55, 1.0, 1.0)
     hole = np.where(fallen > 0, np.nan, 0.0)
-    trace = still_trace(
-        run, other_contact=fallen, zmp_x=hole, zmp_y=hole, left_force=0.0, right_force=0.0, controller=2.0
-    )
+    trace = still_trace(run, other_contact=fallen, zmp_x=hole, zmp_y=hole, left_force=0.0, right_force=0.0, phase=0.0)
     figure = episode_figure(Shown(trace))
     text = " | ".join(t.get_text() for t in words(figure))
     assert "fell at 0.55 s: something but the soles touched the floor" in text
@@ -172,10 +170,10 @@ def test_support_extent_is_that_of_the_polygon() -> None:
     assert not np.array_equal(playback.support_extent(1)[0], playback.support_extent(1)[49])
 
 
-def test_reigns_cover_the_episode() -> None:
+def test_phases_cover_the_episode() -> None:
     playback = Playback(pushed())
-    reigns = playback.reigns()
-    assert [controller.name for _, _, controller in reigns] == ["REGULATOR", "TRACKER", "REGULATOR"]
-    assert reigns[0][0] == playback.time[0]
-    assert reigns[-1][1] == playback.time[-1]
-    assert all(earlier[1] == later[0] for earlier, later in pairwise(reigns))
+    phases = playback.phases()
+    assert [phase.name for _, _, phase in phases] == ["STANDING", "STEPPING", "STANDING"]
+    assert phases[0][0] == playback.time[0]
+    assert phases[-1][1] == playback.time[-1]
+    assert all(earlier[1] == later[0] for earlier, later in pairwise(phases))

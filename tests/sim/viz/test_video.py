@@ -119,7 +119,7 @@ def test_support_is_what_carries_weight(tmp_path: Path) -> None:
 def test_words_tell_who_is_in_charge(tmp_path: Path) -> None:
     run = scenario(duration=0.2)
     tracker = during(run, 0.1, 0.2, 1.0)
-    frames, _ = film(still_trace(run, controller=tracker, steps=tracker, tracking_slack=0.004), tmp_path, fps=20)
+    frames, _ = film(still_trace(run, phase=tracker, steps=tracker, tracking_slack=0.004), tmp_path, fps=20)
     red, green_part, blue = np.moveaxis(frames[:, :80, :200].astype(int), -1, 0)
     # greener than the words' greys are after encoding; the pill of the tracker is by 109
     green = (green_part - np.maximum(red, blue) > COLOUR).sum(axis=(1, 2))

@@ -1,4 +1,4 @@
-"""What to count on when the recovery of a body is foretold: false safes and false alarms, by swing speed and margin.
+"""What to count on when the recovery of a body is predicted: false safes and false alarms, by swing speed and margin.
 
 `BODY_SPEED` and `BODY_MARGIN` of `controllers/stepping/recoverability.py` are read off this table. Its pushes are those
 of the suite `truth`, but hard ones only, and of a seed of which no suite is. It takes ten minutes, so only by name.
@@ -13,21 +13,21 @@ from typing import Any
 
 from rich.progress import track
 
-from controllers.stepping.recoverability import BODY_MARGIN, BODY_SPEED, Promise
-from controllers.stepping.set_policy import SetRule
+from controllers.stepping.recoverability import BODY_MARGIN, BODY_SPEED, Recoverability
+from controllers.stepping.set_policy import SetPolicy
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import load_robot
 from scenarios.schema import Scenario
 from scenarios.suite_catalogue import load_suite
 from sim.episode.episode import run_episode
-from sim.episode.make_controller import SOFTER, make_brain
+from sim.episode.make_controller import SOFTER, make_controller
 from sim.record.outcome import Result
 from sim.sweep.executors import local
 from sim.sweep.plan import plan, scenario_of
 from tests.benchmarks.timing import show, table
 
 SEED, PUSHES, WORKERS = 1000, 720, 2
-# Harder than this [m/s] the outcome is open. The share of the pushes of `truth` that are weaker counts as foretold and
+# Harder than this [m/s] the outcome is open. The share of the pushes of `truth` that are weaker counts as predicted and
 # recovered, as all but a few are.
 HARD = 0.7
 SPEEDS = (0.4, 0.5, 0.6, 0.72, 1.0)
@@ -36,7 +36,7 @@ MARGINS = (0.0, 0.02, 0.04, 0.05, 0.06, 0.07, 0.08)
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """A push and its end: what a promise was asked then.
+    """A push and its end: what was asked then.
 
     Attributes:
         standing: whether it was of both feet on the floor.
@@ -50,13 +50,13 @@ class Asked:
     regulator: float
     recovered: bool
 
-    def foretold(self, promise: Promise, margin: float) -> float:
-        """The slack that a promise gives, grown by a margin [m]."""
-        told = (promise.standing if self.standing else promise.stepping)(*self.question) + margin
+    def predicted(self, recoverability: Recoverability, margin: float) -> float:
+        """The predicted slack, grown by a margin [m]."""
+        told = (recoverability.standing if self.standing else recoverability.stepping)(*self.question) + margin
         return told if math.isnan(self.regulator) else max(told, self.regulator)
 
 
-class Noting(Promise):
+class Noting(Recoverability):
     """Notes the first question."""
 
     first: tuple[bool, tuple[Any, ...]] | None = None
@@ -96,25 +96,27 @@ def weakest_and_hardest() -> tuple[float, float]:
 
 
 def brain_of(scenario: Scenario) -> Supervisor:
-    """Whose promise is asked."""
-    brain = make_brain(scenario, load_robot(scenario.robot))
-    assert isinstance(brain, Supervisor)
-    return brain
+    """Whose prediction is asked."""
+    controller = make_controller(scenario, load_robot(scenario.robot))
+    assert isinstance(controller, Supervisor)
+    return controller
 
 
-def promise_of(brain: Supervisor, speed: float, kind: type[Promise] = Promise) -> Promise:
-    """A promise of feet with a share of the swing speed that the brain asks of them."""
-    limits = brain.options.limits
-    options = replace(brain.options, limits=replace(limits, swing_speed=speed * limits.swing_speed))
-    return kind(SetRule(brain.robot, brain.pendulum, options, min(SOFTER)))
+def recoverability_of(
+    controller: Supervisor, speed: float, kind: type[Recoverability] = Recoverability
+) -> Recoverability:
+    """The prediction for feet with a share of the swing speed that the controller asks of them."""
+    limits = controller.options.limits
+    options = replace(controller.options, limits=replace(limits, swing_speed=speed * limits.swing_speed))
+    return kind(SetPolicy(controller.robot, controller.pendulum, options, min(SOFTER)))
 
 
 def ask(scenario: Scenario) -> Asked | None:
     """Run a push; None if it fells before its end."""
-    brain = brain_of(scenario)
-    noting = brain.promise = promise_of(brain, 1.0, Noting)
+    controller = brain_of(scenario)
+    noting = controller.recoverability = recoverability_of(controller, 1.0, Noting)
     assert isinstance(noting, Noting)
-    result = run_episode(scenario, robot=brain.robot, brain=brain, polygons=False)
+    result = run_episode(scenario, robot=controller.robot, controller=controller, polygons=False)
     (push,) = result.pushes
     if noting.first is None or push.regulator_slack is None:
         return None
@@ -140,9 +142,9 @@ def main() -> None:
     lost = sum(not push.recovered for push in pushes)
     title = f"False safe / false alarm, {len(pushes)} pushes of {HARD} m/s and more, {lost} of them lost"
     made = table(f"{title}; used: {BODY_SPEED}, {BODY_MARGIN} m", "share of speed", *(f"{m:g} m" for m in MARGINS))
-    brain = brain_of(hard_pushes()[0])
+    controller = brain_of(hard_pushes()[0])
     for speed in SPEEDS:
-        promise = promise_of(brain, speed)
-        told = [rates(pushes, [push.foretold(promise, margin) for push in pushes]) for margin in MARGINS]
+        recoverability = recoverability_of(controller, speed)
+        told = [rates(pushes, [push.predicted(recoverability, margin) for push in pushes]) for margin in MARGINS]
         made.add_row(f"{speed:g}", *(f"{100 * safe:.1f} / {100 * alarm:.0f} %" for safe, alarm in told))
     show(made)
