@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from models.errors import InputError
+from sim.record.parquet import read_parquet
 
 Array = NDArray[np.float64]
 
@@ -123,7 +124,7 @@ def load_trace(path: str | Path) -> Trace:
     """
     try:
         # From memory, so that a file that another process replaces meanwhile cannot be read by halves.
-        table = pq.read_table(pa.BufferReader(Path(path).read_bytes()), page_checksum_verification=True)
+        table = read_parquet(Path(path).read_bytes())
     except OSError as error:
         raise TraceFileError(f"{path}: cannot be read: {error.strerror or _one_line(error)}") from None
     except pa.ArrowException as error:

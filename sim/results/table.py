@@ -15,6 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from models.errors import InputError
+from sim.record.parquet import read_parquet
 from sim.results.checksum import BLANK, add_checksum, has_checksum, is_intact
 
 RESULTS = "results.parquet"
@@ -192,7 +193,7 @@ def read_file(path: Path) -> pa.Table:
     if has_checksum(content) and not is_intact(content):
         raise _damaged(path, "its checksum is wrong")
     try:
-        table = pq.read_table(pa.BufferReader(content), page_checksum_verification=True)
+        table = read_parquet(content)
     except (OSError, pa.ArrowException) as error:
         raise _damaged(path, error) from None
     for name in LATER:
