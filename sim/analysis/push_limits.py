@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import pandas as pd
 
 from controllers.admissible.limits import capturability_steps
 from controllers.pendulum import Pendulum
 from models.errors import InputError
 from models.robot import Robot, load_robot
-from sim.analysis.statistics import Row, grouped, number
+from sim.analysis.frame import groups
 
 _PERIOD = 0.001  # [s]; a pendulum wants one, limits do not depend on it
 # A step straight along one axis is not bounded by the other one.
@@ -47,31 +48,23 @@ class PushLimit:
         }
 
 
-def push_limits(rows: Sequence[Row]) -> list[PushLimit]:
+def push_limits(frame: pd.DataFrame) -> list[PushLimit]:
     """The limits of every robot and direction of a table; none for rows that do not say d."""
-    found = []
-    robots: dict[str, Robot | None] = {}
-    for (name, direction), members in grouped(rows, ["robot", "direction_deg"]).items():
-        row = next((row for row in members if _omega(row) is not None), None)
-        if row is None:
-            continue
-        if name not in robots:
-            robots[name] = _robot(name)
-        found.append(_limit(row, robots[name], name, direction))
-    return found
+    scale = frame["delta_v_over_omega_d"] * frame["d_edge"]
+    known = frame.assign(omega=frame["delta_v"] / scale.where(scale != 0.0))
+    known = known[known["omega"] > 0.0]
+    robots = {name: _robot(name) for name in known["robot"].unique()}
+    return [
+        _limit(members.iloc[0], robots[name], name, direction)
+        for (name, direction), members in groups(known, ["robot", "direction_deg"])
+    ]
 
 
-def _omega(row: Row) -> float | None:
-    size, edge, delta_v = (number(row.get(name)) for name in ("delta_v_over_omega_d", "d_edge", "delta_v"))
-    return delta_v / size / edge if size and edge and delta_v else None
-
-
-def _limit(row: Row, robot: Robot | None, name: str, direction: float) -> PushLimit:
-    omega, edge = _omega(row), float(row["d_edge"])
-    assert omega is not None
+def _limit(row: pd.Series, robot: Robot | None, name: str, direction: float) -> PushLimit:
+    omega, edge = float(row["omega"]), float(row["d_edge"])
     distances = [edge]
-    if robot is not None:
-        stepping = json.loads(row["scenario"])["stepping"]
+    stepping = json.loads(row["scenario"]).get("stepping")
+    if robot is not None and stepping is not None:
         angle = math.radians(direction)
         stride = min(
             float(stepping["max_stride"]) / max(abs(math.cos(angle)), _ALONG),
