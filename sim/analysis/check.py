@@ -138,7 +138,8 @@ def describe(row: Mapping[str, Any]) -> str:
     """An episode in words."""
     # A train is of many directions and sizes.
     push = "" if row["delta_v"] is None else f"{row['direction_deg']:.4g}°, {row['delta_v']:.4g} m/s, "
-    return f"episode {row['episode']} ({row['controller']}, {push}replica {row['replica']})"
+    crashed = ", crashed" if row["outcome"] == "crashed" else ""
+    return f"episode {row['episode']} ({row['controller']}, {push}replica {row['replica']}{crashed})"
 
 
 def replay_command(folder: Path, row: Mapping[str, Any]) -> str:
@@ -168,7 +169,7 @@ def _explained(rows: pd.DataFrame, run: pd.DataFrame) -> pd.Series:
     size, end = found["delta_v"], found["delta_v_last"]
     # Trains have no size and are no series.
     beyond = (size > end) | ((size == end) & (found["replica"] > found["replica_last"]))
-    return (found["failed"].fillna(False).astype(bool) & beyond.fillna(False)).set_axis(rows.index)
+    return (found["failed"].eq(True) & beyond.fillna(False)).set_axis(rows.index)
 
 
 def _shifts(old: pd.DataFrame, new: pd.DataFrame) -> list[Shift]:

@@ -86,7 +86,7 @@ def summarise(frame: pd.DataFrame, sweep: dict[str, Any]) -> dict[str, Any]:
         "robust_worst_direction": _worst_directions(robust),
         "holes": found_holes,
         "hole_counts": {name: sum(hole["controller"] == name for hole in own_holes) for name in names},
-        "limits": [limit.as_dict() for limit in (push_limits(full) if robust else [])],
+        "limits": push_limits(full) if robust else [],
         "first": _first(full, sweep.get("first")),
         "endurance": endurance(full),
         "rates": list(_rates(pushes)),

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -33,7 +32,7 @@ class Threshold:
         over_omega_d: delta_v / (omega d); the no-step limit is 1. None where the table does not say.
         over_sqrt_gh: delta_v / sqrt(g h); None likewise.
         ever_over_omega_d, ever_over_sqrt_gh: the same of `ever`.
-        no_step: omega d [m/s]; None likewise.
+        no_step_delta_v: omega d [m/s]; None likewise.
         step: spacing of the levels at the threshold [m/s].
         index: number of levels up to the threshold.
         capped: the highest level of the table is still recovered, so the true threshold is not below this one.
@@ -48,7 +47,7 @@ class Threshold:
     over_sqrt_gh: float | None
     ever_over_omega_d: float | None
     ever_over_sqrt_gh: float | None
-    no_step: float | None
+    no_step_delta_v: float | None
     step: float
     index: int
     capped: bool
@@ -59,21 +58,8 @@ class Threshold:
         return self.controller, self.direction_deg, *self.case.items()
 
     def as_dict(self) -> dict[str, Any]:
-        """The entry of `robust` in a summary."""
-        return {
-            "controller": self.controller,
-            "direction_deg": self.direction_deg,
-            **({"case": self.case} if self.case else {}),
-            "delta_v": self.delta_v,
-            "over_omega_d": self.over_omega_d,
-            "over_sqrt_gh": self.over_sqrt_gh,
-            "ever": self.ever,
-            "ever_over_omega_d": self.ever_over_omega_d,
-            "ever_over_sqrt_gh": self.ever_over_sqrt_gh,
-            "no_step_delta_v": self.no_step,
-            "step": self.step,
-            "capped": self.capped,
-        }
+        """The entry of `robust` in a summary; without a case if there is one only."""
+        return {name: value for name, value in asdict(self).items() if name != "index" and (name != "case" or value)}
 
 
 def least_of(replicas: int) -> int:
@@ -113,37 +99,34 @@ def thresholds(frame: pd.DataFrame, beside: pd.DataFrame | None = None) -> list[
             continue
         least = least_of(int(levels["size"].max()))
         for (controller, way), medians in series.iterrows():
-            counts = {float(level): int(count) for level, count in levels.loc[(controller, way), "sum"].items()}
             ladder = np.unique(tried.loc[tried["direction_deg"] == way, "delta_v"]).tolist()
+            counts = levels.loc[(controller, way), "sum"].reindex(ladder, fill_value=0).tolist()
             what = {"controller": controller, "direction_deg": way, "case": dict(zip(columns, case, strict=True))}
-            found.append(_threshold(what, counts, least, ladder, *map(plain, medians)))
+            found.append(_threshold(what, dict(zip(ladder, counts, strict=True)), least, *map(plain, medians)))
     return sorted(found, key=lambda one: (str(one.case), one.controller, one.direction_deg))
 
 
 def _threshold(
-    what: Mapping[str, Any],
-    counts: Mapping[float, int],
-    least: int,
-    ladder: list[float],
-    per_omega_d: float | None,
-    per_sqrt_gh: float | None,
+    what: dict[str, Any], counts: dict[float, int], least: int, per_omega_d: float | None, per_sqrt_gh: float | None
 ) -> Threshold:
-    index = next((i for i, level in enumerate(ladder) if counts.get(level, 0) < least), len(ladder))
-    robust = ladder[index - 1] if index else 0.0
-    ever = max((level for level, count in counts.items() if count), default=0.0)
-    last = min(index, len(ladder) - 1)
+    ladder = [0.0, *counts]
+    index = next((i for i, count in enumerate(counts.values()) if count < least), len(counts))
+    sizes = {"": ladder[index], "ever_": max((level for level, count in counts.items() if count), default=0.0)}
+    last = min(index + 1, len(counts))
+    scaled: dict[str, Any] = {
+        f"{name}{scale}": None if factor is None else size * factor
+        for name, size in sizes.items()
+        for scale, factor in (("over_omega_d", per_omega_d), ("over_sqrt_gh", per_sqrt_gh))
+    }
     return Threshold(
         **what,
-        delta_v=robust,
-        ever=ever,
-        over_omega_d=None if per_omega_d is None else robust * per_omega_d,
-        over_sqrt_gh=None if per_sqrt_gh is None else robust * per_sqrt_gh,
-        ever_over_omega_d=None if per_omega_d is None else ever * per_omega_d,
-        ever_over_sqrt_gh=None if per_sqrt_gh is None else ever * per_sqrt_gh,
-        no_step=None if per_omega_d is None else 1.0 / per_omega_d,
-        step=round(ladder[last] - (ladder[last - 1] if last else 0.0), DIGITS),
+        **scaled,
+        delta_v=sizes[""],
+        ever=sizes["ever_"],
+        no_step_delta_v=None if per_omega_d is None else 1.0 / per_omega_d,
+        step=round(ladder[last] - ladder[last - 1], DIGITS),
         index=index,
-        capped=index == len(ladder),
+        capped=index == len(counts),
     )
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from sim.presenter.formatting import case_words, condensed, degrees, fraction, median_words, percent
-from sim.presenter.who import Summary, label
+from sim.presenter.who import Summary, label, main_controller
 
 _RECOVERED = (
     "at the end the COG is at rest with no step under way; never did the trunk tilt by more than 75°, the COG sink "
@@ -30,7 +29,7 @@ def cards(summary: Summary) -> list[tuple[str, str]]:
 
 
 def _cards(summary: Summary) -> Iterator[tuple[str, str]]:
-    name = next(iter(summary["controllers_shown"]))
+    name = main_controller(summary)
     who, first = label(summary, name), (summary["ablation"] or {}).get("reference")
     own = [
         one
@@ -52,17 +51,10 @@ def _cards(summary: Summary) -> Iterator[tuple[str, str]]:
     score = summary["prediction_score"]
     for world, safe in score["false_safe"].items():
         alarm = score["false_alarm"][world]
-        told = _told(safe, "that their controller's sets called safe were lost", "the sets called none safe")
-        yield percent(safe, interval=False), f"false safe, {world}: {told}"
-        told = _told(alarm, "that the sets did not call safe were recovered", "the sets called all safe")
-        yield percent(alarm, interval=False), f"false alarm, {world}: {told}"
-
-
-def _told(rate: dict[str, Any], words: str, nothing: str) -> str:
-    if not rate["n"]:
-        return nothing
-    low, high = (f"{100 * end:.0f}" for end in rate["interval"])
-    return f"{fraction(rate)} {words}; 95 % interval {low} to {high} %"
+        lost = f"{fraction(safe)} that their controller's sets called safe were lost"
+        well = f"{fraction(alarm)} that the sets did not call safe were recovered"
+        yield percent(safe), f"false safe, {world}: {lost if safe['n'] else 'the sets called none safe'}"
+        yield percent(alarm), f"false alarm, {world}: {well if alarm['n'] else 'the sets called all safe'}"
 
 
 def facts(summary: Summary) -> dict[str, str]:

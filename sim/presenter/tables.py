@@ -12,8 +12,6 @@ Heading = tuple[str, str]
 """Of a column: what it has in common with its neighbours, or "", and its own heading."""
 
 _NUMBER = re.compile(r"[≥<+−–\d]|$")
-# Width of a digit and of what lies between two columns of the page [px], and of the page's text on a phone and a desk.
-_DIGIT, _BETWEEN, _PHONE, _DESK = 7.6, 19.0, 360.0, 950.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,22 +52,15 @@ class Table:
         """Columns of numbers, which belong at the right and may not be broken."""
         return {heading for heading, cells in self.columns.items() if all(map(_NUMBER.match, cells))}
 
-    @property
-    def wider_than(self) -> str:
-        """Whether it is wider than a "desk", or than a "phone" only; "" if it is neither."""
-        columns = self.columns.items()
-        width = sum(_DIGIT * max(map(len, (heading[1], *cells))) + _BETWEEN for heading, cells in columns)
-        return "desk" if width > _DESK else "phone" if width > _PHONE else ""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A picture of the page: its data, what it shows in words, and whether three have room side by side."""
+    """A picture of the page: its data, what it shows in words, and how many of its size have room side by side."""
 
     uri: str
     alt: str
     caption: str = ""
-    narrow: bool = False
+    size: Literal["three", "two", "one"] = "two"
 
 
 @dataclass(frozen=True, kw_only=True)

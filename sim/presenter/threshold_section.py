@@ -24,6 +24,10 @@ def cases(summary: Summary) -> list[Entry]:
     return found
 
 
+def _of_case(entries: Sequence[Entry], case: Entry) -> list[Entry]:
+    return [entry for entry in entries if entry.get("case", {}) == case]
+
+
 def threshold_section(summary: Summary) -> Section | None:
     """How hard the robot can be pushed: thresholds by direction, condensed over them, and the holes."""
     if not summary["robust"]:
@@ -50,7 +54,7 @@ def threshold_section(summary: Summary) -> Section | None:
 
 
 def _threshold_table(summary: Summary, case: Entry, *, folded: bool) -> Table:
-    entries = by_controller(summary, [entry for entry in summary["robust"] if entry.get("case", {}) == case])
+    entries = by_controller(summary, _of_case(summary["robust"], case))
     robot = case.get("robot", summary["robots"][0])
     limits = {limit["direction_deg"]: limit for limit in summary["limits"] if limit["robot"] == robot}
     rows: list[dict[Any, str]] = []
@@ -87,9 +91,8 @@ def _case_table(summary: Summary, found: Sequence[Entry]) -> Table:
     for case in found:
         row: dict[Any, str] = {"case": case_words(case)}
         for name, every in entries.items():
-            own = [entry for entry in every if entry.get("case", {}) == case]
-            for i, words in enumerate(("mean", "worst")):
-                row[label(summary, name), words] = condensed(own, "over_omega_d")[i] if own else ""
+            own = _of_case(every, case)
+            row |= _grouped(label(summary, name), condensed(own, "over_omega_d") if own else ("", ""))
         rows.append(row)
     return Table(title="Robust Δv/(ωd) over the directions", rows=tuple(rows))
 
@@ -100,35 +103,31 @@ def _condensed_table(summary: Summary) -> Table:
     robust = [one for one in summary["robust"] if one.get("case", {}).get("variant", first) == first]
     rows = []
     for name, own in by_controller(summary, robust).items():
-        scaled, froude = condensed(own, "over_omega_d"), condensed(own, "over_sqrt_gh", 3)
         at = summary["robust_worst_direction"].get(name)
-        rows.append(
-            {
-                "controller": label(summary, name),
-                ("Δv/(ωd)", "mean"): scaled[0],
-                ("Δv/(ωd)", "worst"): scaled[1],
-                ("Δv/(ωd)", "at"): MISSING if at is None else degrees(at),
-                ("Δv/√(gh)", "mean"): froude[0],
-                ("Δv/√(gh)", "worst"): froude[1],
-                "holes": str(summary["hole_counts"][name]),
-            }
-        )
+        sizes = (*condensed(own, "over_omega_d"), MISSING if at is None else degrees(at))
+        froude, holes = condensed(own, "over_sqrt_gh", 3), summary["hole_counts"][name]
+        row = {"controller": label(summary, name), **_grouped("Δv/(ωd)", sizes), **_grouped("Δv/√(gh)", froude)}
+        rows.append(row | {"holes": str(holes)})
     return Table(title="Over the directions; holes: lost below 75 % of the direction's threshold", rows=tuple(rows))
+
+
+def _grouped(group: str, cells: Sequence[str]) -> dict[Any, str]:
+    return {(group, heading): cell for heading, cell in zip(("mean", "worst", "at"), cells, strict=False)}
 
 
 def envelope_table(summary: Summary, case: Entry) -> Table:
     """The thresholds of one case in units of omega d, a column a direction, with means, worst direction and holes."""
-    entries = [entry for entry in summary["robust"] if entry.get("case", {}) == case]
+    entries = _of_case(summary["robust"], case)
     ways = sorted({entry["direction_deg"] for entry in entries})
-    notes = () if summary["first"] is None else (first_words(summary),)
     rows = []
     for name, own in by_controller(summary, entries).items():
         at = {entry["direction_deg"]: fixed(entry["over_omega_d"], capped=entry["capped"]) for entry in own}
-        mean, worst = condensed(own, "over_omega_d")
-        holes = sum(hole["controller"] == name and hole.get("case", {}) == case for hole in summary["holes"])
         row = {"Δv/(ωd)": label(summary, name)} | {degrees(way): at.get(way, "") for way in ways}
-        row |= {"mean": mean, "worst": worst, "mean Δv/√(gh)": condensed(own, "over_sqrt_gh", 3)[0]}
+        row |= dict(zip(("mean", "worst"), condensed(own, "over_omega_d"), strict=True))
+        row |= {"mean Δv/√(gh)": condensed(own, "over_sqrt_gh", 3)[0]}
+        holes = sum(hole["controller"] == name for hole in _of_case(summary["holes"], case))
         rows.append(row | {"holes": str(holes)})
+    notes = () if summary["first"] is None else (first_words(summary),)
     return Table(title="Robust recoverable push", rows=tuple(rows), strong="mean", notes=notes)
 
 

@@ -18,6 +18,14 @@ def label(summary: Summary, controller: str) -> str:
     return str(summary["controllers_shown"][controller]["label"])
 
 
+def main_controller(summary: Summary) -> str:
+    """The first controller that is shown; of a suite with variants, that the first variant has."""
+    reference = (summary["ablation"] or {}).get("reference")
+    asked = [entry["by"] for entry in summary["rates"] if list(entry["by"]) == ["controller", "variant"]]
+    own = {by["controller"] for by in asked if by["variant"] == reference}
+    return next(name for name in summary["controllers_shown"] if name in own or not own)
+
+
 def who(summary: Summary, entry: Entry) -> str:
     """The controller of an entry, and its case if there are several: "supervisor, mass scale 1.1"."""
     return ", ".join(part for part in (label(summary, entry["controller"]), case_words(entry.get("case"))) if part)

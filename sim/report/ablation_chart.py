@@ -22,7 +22,8 @@ _ROOM = 2.0  # end of the axes, so far beyond the share 1 for the words at the r
 def ablation_picture(section: Mapping[str, Any]) -> Picture:
     """The bars as a picture for the page."""
     told = (f"{one['variant']} {percent(one['recovered'], interval=False)}" for one in section["designs"])
-    return picture(lambda: draw_ablation(section), f"Recovered of the same pushes, by variant: {', '.join(told)}.")
+    alt = f"Recovered of the same pushes, by variant: {', '.join(told)}."
+    return picture(lambda: draw_ablation(section), alt, size="one")
 
 
 def draw_ablation(section: Mapping[str, Any]) -> Figure:

@@ -46,7 +46,7 @@ def heat_maps(summary: dict[str, Any]) -> list[Picture]:
         count, n = (sum(entry[key] for entry in own) for key in ("count", "n"))
         alt = f"Recovery of the {look['label']} by direction and Δv: {count} of {n} episodes recovered."
         draw = partial(_draw_heat_map, look, own, [one for one in marks if one["controller"] == name], levels)
-        pictures.append(picture(draw, alt, narrow=True))
+        pictures.append(picture(draw, alt, size="three"))
     return pictures
 
 

@@ -20,6 +20,7 @@ from sim.presenter.overview import cards, facts
 from sim.presenter.sections import sections
 from sim.presenter.tables import Picture, Section, Table
 from sim.presenter.threshold_section import FEW, cases
+from sim.presenter.who import label, main_controller
 from sim.report.ablation_chart import ablation_picture
 from sim.report.charts import heat_maps, rate_curves, slack_plot
 from sim.report.endurance_chart import survival_curves
@@ -48,8 +49,7 @@ def write_report(folder: Path, path: Path, *, baseline: Path | None = None, fail
     comparison = None if baseline is None else compare(read_baseline(baseline), of_sweep(folder))
     rows, sweep = load_rows(folder), read_sweep(folder)
     summary, pushes = summarise(rows, sweep), reference_rows(each_push(rows), sweep)
-    main = next(iter(summary["controllers_shown"]))
-    own = pushes[pushes["controller"] == main]
+    own = pushes[pushes["controller"] == main_controller(summary)]
     worst = worst_failures(own, failures)
     suite = folder / SUITE
     page = _template().render(
@@ -114,8 +114,10 @@ def _colours(summary: dict[str, Any]) -> dict[str, str]:
 
 def _no_failure(summary: dict[str, Any], pushes: pd.DataFrame, asked: int) -> str:
     """Why no failure is shown, if none is: of whom, and of what."""
-    main, n, well = next(iter(summary["controllers_shown"].values()))["label"], len(pushes), recovered(pushes).sum()
+    main, n, well = label(summary, main_controller(summary)), len(pushes), recovered(pushes).sum()
     who = f"“{summary['ablation']['reference']}” ({main})" if summary["ablation"] else main
+    if not n:
+        return f"None: {who} has not been pushed yet."
     if well == n:
         return f"None: {who} recovered from all of its {n} pushes."
     return f"None is shown, for {asked} were asked for: {who} did not recover from {n - well} of its {n} pushes."

@@ -6,7 +6,7 @@ import base64
 import io
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -52,10 +52,12 @@ _STYLE: Any = {
 }
 
 
-def picture(draw: Callable[[], Figure], alt: str, *, caption: str = "", narrow: bool = False) -> Picture:
+def picture(
+    draw: Callable[[], Figure], alt: str, *, caption: str = "", size: Literal["three", "two", "one"] = "two"
+) -> Picture:
     """Draw a figure for the page; the same figure makes the same bytes."""
     uri = "data:image/svg+xml;base64," + base64.b64encode(_bytes(draw, "svg")).decode()
-    return Picture(uri=uri, alt=alt, caption=caption, narrow=narrow)
+    return Picture(uri=uri, alt=alt, caption=caption, size=size)
 
 
 def check_picture(path: Path, option: str) -> None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
-from itertools import cycle
 from typing import Any
 
 # Of what brings none of its own; told apart by the colour-blind, too (Okabe and Ito).
@@ -37,27 +37,24 @@ def looks(controllers: Iterable[str], sweep: Mapping[str, Any]) -> dict[str, Loo
     """The look of every controller of a table, in the order in which they are shown.
 
     First come those that `sweep.json` lists, in its order and as it has them; then all others by their names, which
-    are their labels, with colours and markers that are not taken yet, always the same. Of two with the same label each
-    is called by its name, too.
+    are their labels, with the colour and the marker of their place. Of two with the same label each is called by its
+    name, too.
 
     Args:
         controllers: of the table, as often as they come.
         sweep: what `sweep.json` says.
     """
     names, listed = set(controllers), sweep.get("controllers") or {}
-    own = {name: dict(listed[name]) for name in listed if name in names}
-    found = own | {name: {} for name in sorted(names - own.keys())}
-    colours, markers = (
-        cycle([one for one in known if all(entry.get(kind) != one for entry in own.values())] or known)
-        for kind, known in (("colour", _COLOURS), ("marker", _MARKERS))
-    )
-    labels = [entry.get("label") or name for name, entry in found.items()]
+    found = {name: listed[name] for name in listed if name in names}
+    found |= {name: {} for name in sorted(names - found.keys())}
+    labels = {name: entry.get("label") or name for name, entry in found.items()}
+    alike = Counter(labels.values())
     return {
         name: Look(
-            label=label if labels.count(label) == 1 or label == name else f"{label} ({name})",
-            colour=entry.get("colour") or next(colours),
-            marker=entry.get("marker") or next(markers),
-            source=entry.get("source"),
+            label=label if alike[label] == 1 or label == name else f"{label} ({name})",
+            colour=found[name].get("colour") or _COLOURS[i % len(_COLOURS)],
+            marker=found[name].get("marker") or _MARKERS[i % len(_MARKERS)],
+            source=found[name].get("source"),
         )
-        for (name, entry), label in zip(found.items(), labels, strict=True)
+        for i, (name, label) in enumerate(labels.items())
     }

@@ -82,7 +82,7 @@ def test_thresholds_are_those_of_the_law() -> None:
         # The four strong replicas carry every level up to the law's limit, and no further.
         assert one.delta_v == pytest.approx(STEP * math.floor(limit / STEP + 1e-9))
         assert one.over_omega_d == pytest.approx(one.delta_v / (OMEGA * edge(one.direction_deg)))
-        assert one.no_step == pytest.approx(OMEGA * edge(one.direction_deg))
+        assert one.no_step_delta_v == pytest.approx(OMEGA * edge(one.direction_deg))
         assert one.ever == one.delta_v
         assert not one.capped
         assert one.step == STEP

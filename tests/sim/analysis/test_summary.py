@@ -114,20 +114,22 @@ def test_random_pushes_are_grouped_by_ranges() -> None:
 
 def test_limits_are_the_pendulums(rows: list[dict[str, Any]]) -> None:
     for limit in push_limits(frame(rows)):
-        assert limit.no_step == pytest.approx(OMEGA * edge(limit.direction_deg))
+        no_step, steps, way = (limit[name] for name in ("no_step_delta_v", "n_step_delta_v", "direction_deg"))
+        assert no_step == pytest.approx(OMEGA * edge(way))
         # Koolen's recursion for what the table's scenario allows: straight steps of 0.16 m, quarters of a second.
-        if limit.direction_deg in (0.0, 180.0):
+        if way in (0.0, 180.0):
             d, shrink = edge(0.0), math.exp(-OMEGA * 0.25)
             first = d + 0.16 * shrink
             second = d + (0.16 + first - d) * shrink
-            assert limit.steps[:2] == pytest.approx((OMEGA * first, OMEGA * second))
-        assert list(limit.steps) == sorted(limit.steps)
-        assert limit.no_step < limit.steps[0]
+            assert steps[:2] == pytest.approx((OMEGA * first, OMEGA * second))
+        assert steps == sorted(steps)
+        assert no_step < steps[0]
+        assert limit["n_step_over_omega_d"] == pytest.approx([step / no_step for step in steps])
 
 
 def test_limits_without_the_robot_are_those_without_a_step(rows: list[dict[str, Any]]) -> None:
     gone = [one | {"robot": "robot_that_is_gone"} for one in rows]
-    assert {limit.steps for limit in push_limits(frame(gone))} == {()}
+    assert [limit["n_step_delta_v"] for limit in push_limits(frame(gone))] == [[]] * len(DIRECTIONS)
 
 
 def test_is_written(tmp_path: Path, rows: list[dict[str, Any]]) -> None:

@@ -16,7 +16,6 @@ from sim.cli.app import app
 from sim.presenter.formatting import case_words, condensed, fixed, fraction, percent, replica_words
 from sim.presenter.render import markdown, print_sections
 from sim.presenter.sections import sections
-from sim.presenter.tables import Table
 from sim.presenter.threshold_section import envelope_table
 from sim.report.report import REPORT, write_report
 from tests.sim.analysis.sweep_tables import CONTROLLERS, adaptive, folder_of, frame, sweep_facts, threshold_law
@@ -72,6 +71,9 @@ def test_page_and_terminal_tell_the_same(tmp_path: Path, told: dict[str, Any]) -
     folder = folder_of(tmp_path / "sweep", adaptive(threshold_law(LIMITS)))
     write_report(folder, folder / REPORT, failures=0)
     page = html.unescape((folder / REPORT).read_text(encoding="utf-8"))
+    assert page.count('<div class="scroll"') == sum(len(section.tables) for section in sections(told))
+    # The thresholds go on beyond the edge of a phone.
+    assert re.search(r'scroll sideways →</p>\s*<div class="scroll" tabindex="0"><table>\s*<caption>Robust', page)
     cells = re.findall(r"<td[^>]*>(.*?)</td>", page)
     assert cells == [
         table.columns[heading][i]
@@ -80,13 +82,6 @@ def test_page_and_terminal_tell_the_same(tmp_path: Path, told: dict[str, Any]) -
         for i in range(len(table.rows))
         for heading in table.columns
     ]
-
-
-def test_a_wide_table_says_that_it_goes_on() -> None:
-    def wide(count: int) -> str:
-        return Table(title="", rows=({f"heading {i}": "0.123" for i in range(count)},)).wider_than
-
-    assert [wide(count) for count in (2, 6, 20)] == ["", "phone", "desk"]
 
 
 def test_names_are_no_markup_anywhere(tmp_path: Path) -> None:

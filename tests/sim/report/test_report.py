@@ -21,7 +21,7 @@ from sim.presenter.sections import sections
 from sim.report import failures
 from sim.report.failures import Failure
 from sim.report.report import REPORT, write_report
-from tests.sim.analysis.sweep_tables import adaptive, folder_of, frame, row, sweep_facts, threshold_law
+from tests.sim.analysis.sweep_tables import CONTROLLERS, adaptive, folder_of, frame, row, sweep_facts, threshold_law
 
 LIMITS = {"supervisor": 1.5, "regulator": 0.8, "statue": 0.5}
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -233,8 +233,11 @@ def test_report_without_failures_says_why(tmp_path: Path, levels: int, asked: in
         if one["delta_v"] < 0.05 * levels + 0.01
         for one in [one | {"variant": name, "episode": f"{name}{one['episode']}"[:12]}]
     ]
+    # Shown first, but not what the first variant has.
+    rows.append(rows[-1] | {"controller": "regulator", "variant": "weak", "episode": "other"})
+    facts = {"variants": variants, "controllers": dict(reversed(CONTROLLERS.items()))}
     assert "fell" in {one["outcome"] for one in rows}
-    folder = folder_of(tmp_path / "sweep", rows, variants=variants)
+    folder = folder_of(tmp_path / "sweep", rows, **facts)
     write_report(folder, folder / REPORT, failures=asked)
     text = html.unescape((folder / REPORT).read_text(encoding="utf-8"))
     own = [one for one in rows if one["variant"] == "full"]

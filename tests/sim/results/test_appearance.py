@@ -17,7 +17,7 @@ def test_listed_come_first_in_their_order_and_as_they_say() -> None:
     assert [found[name].label for name in ("b", "m")] == ["b", "m"]
 
 
-def test_others_get_colours_and_markers_that_are_free() -> None:
+def test_others_get_the_colour_and_the_marker_of_their_place() -> None:
     listed = {"x": {"label": "x", "colour": "#0072b2", "marker": "o", "source": None}}
     found = looks(["x", "b", "c"], {"controllers": listed})
     assert len({look.colour for look in found.values()}) == 3
