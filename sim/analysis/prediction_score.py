@@ -19,7 +19,7 @@ Moment = Literal["end", "decision"]
 Rule = Literal["law", "regulator", "tracking"]
 
 MOMENTS: tuple[Moment, ...] = ("end", "decision")
-"""At the end of the push, and when the supervisor decided."""
+"""At the end of the push, and when the controller decided."""
 SETS: tuple[Rule, ...] = ("regulator", "tracking")
 """Sets that a controller may live by. The table holds null for a set that the controller has not."""
 DENOMINATORS = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import re
 from io import StringIO
@@ -99,6 +100,10 @@ def test_names_are_no_markup_anywhere(tmp_path: Path) -> None:
     page = (folder / REPORT).read_text(encoding="utf-8")
     assert STRANGE not in page
     assert html.escape(STRANGE, quote=False) in page
+    pictures = [base64.b64decode(found).decode() for found in re.findall(r"svg\+xml;base64,([^\"]*)", page)]
+    # Titles and legends of the envelopes, the heat maps and the curves.
+    assert sum(html.escape(STRANGE, quote=False) in picture for picture in pictures) == 4
+    assert sum("_hidden" in picture for picture in pictures) == 4
 
 
 def test_labels_are_what_people_see_and_the_order_is_the_sweeps(told: dict[str, Any]) -> None:
