@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+import pyarrow as pa
+
 from models.errors import InputError
-from sim.analysis.statistics import Row, grouped, recovered
-from sim.analysis.summary import is_finished, load_rows
+from sim.analysis.frame import as_frame, distinct, load_rows, records, recovered
+from sim.analysis.summary import is_finished
 from sim.analysis.thresholds import thresholds
-from sim.results.table import LATER, PARAMETERS, read_sweep, write_bytes
+from sim.results.table import LATER, PARAMETERS, SCHEMA, read_sweep, write_bytes
 from sim.results.train import SURVIVED
 
 _KIND = "okiagari baseline"
 _VERSION = 1
 # The asked impulse says the same as the change of velocity.
 _PARAMETERS = ("controller", *(name for name in PARAMETERS if name not in ("controller", "impulse")))
-# All that pairing, thresholds and the words about an episode need.
+# All that pairing, thresholds and the words about an episode need; former versions had no variants.
 _COLUMNS = ("episode", "seed", *_PARAMETERS, "outcome")
+_NEEDED = tuple(name for name in _COLUMNS if name not in LATER)
 _HEADER = ("suite", "seed", "robots", "versions", "commit")
 # Lines of the file that are lists, one entry a line, so that a change of one outcome is a change of one line.
 _LISTS = ("thresholds", "episodes")
@@ -38,9 +42,10 @@ class Baseline:
         suite: its name.
         seed: the suite's.
         robots: who was pushed.
-        versions: of Python and the libraries.
+        versions: of Python and the libraries, and of the controllers that are files of the user's.
         commit: of Okiagari.
-        rows: episodes with name, seed, parameters, outcome, and how many pushes of a train were survived.
+        rows: episodes with name, seed, parameters, outcome, and how many pushes of a train were survived; what else a
+            table has may be missing.
     """
 
     suite: str
@@ -48,7 +53,7 @@ class Baseline:
     robots: tuple[str, ...]
     versions: Mapping[str, str]
     commit: str
-    rows: Sequence[Row]
+    rows: pd.DataFrame
 
 
 def of_sweep(folder: Path) -> Baseline:
@@ -62,13 +67,14 @@ def of_sweep(folder: Path) -> Baseline:
     rows = load_rows(folder)
     if not is_finished(rows, sweep):
         raise BaselineError(f"{str(folder)!r}: the sweep is not finished; repeat the command that began it to go on")
+    sources = {name: one.get("source") for name, one in (sweep.get("controllers") or {}).items()}
     return Baseline(
         suite=str(sweep["name"]),
         seed=sweep.get("seed"),
-        robots=tuple(name for (name,) in grouped(rows, ["robot"])),
-        versions=sweep.get("versions") or {},
+        robots=tuple(distinct(rows, "robot")),
+        versions=(sweep.get("versions") or {}) | {name: source[:12] for name, source in sources.items() if source},
         commit=str(sweep.get("commit")),
-        rows=[{name: row[name] for name in (*_COLUMNS, SURVIVED)} for row in rows],
+        rows=rows,
     )
 
 
@@ -100,31 +106,30 @@ def read_baseline(path: Path) -> Baseline:
     if not isinstance(content, dict) or content.get("kind") != _KIND or content.get("version") != _VERSION:
         raise BaselineError(f"{path}: not a baseline of this version of Okiagari; make one with 'okiagari baseline'")
     try:
-        later = dict.fromkeys((SURVIVED, *LATER))
-        rows = [later | content["parameters"] | one for one in content["episodes"]]
-        lacking = [name for row in rows for name in _COLUMNS if name not in row]
+        rows = [content["parameters"] | one for one in content["episodes"]]
+        lacking = [name for row in rows for name in _NEEDED if name not in row]
         baseline = Baseline(
             suite=content["suite"],
             seed=content["seed"],
             robots=tuple(content["robots"]),
             versions=content["versions"],
             commit=content["commit"],
-            rows=rows,
+            rows=as_frame(pa.Table.from_pylist(rows, schema=SCHEMA)),
         )
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, pa.ArrowInvalid) as error:
         raise BaselineError(f"{path}: damaged baseline: {' '.join(str(error).split())} is missing or wrong") from None
     if lacking or not rows:
         raise BaselineError(
             f"{path}: damaged baseline: {f'an episode lacks {lacking[0]!r}' if lacking else 'no episode'}"
         )
-    if content.get("thresholds") != _thresholds(rows):
+    if content.get("thresholds") != _thresholds(baseline.rows):
         raise BaselineError(
             f"{path}: its thresholds are not those of its episodes; make it anew with 'okiagari baseline'"
         )
     return baseline
 
 
-def _thresholds(rows: Sequence[Row]) -> list[dict[str, Any]]:
+def _thresholds(rows: pd.DataFrame) -> list[dict[str, Any]]:
     """Only for the eye of a reviewer: they follow from the episodes."""
     return [
         {"controller": one.controller, "direction_deg": one.direction_deg}
@@ -136,17 +141,16 @@ def _thresholds(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 def _text(baseline: Baseline) -> str:
     rows = baseline.rows
-    constant = {name: rows[0][name] for name in _PARAMETERS if len(grouped(rows, [name])) == 1}
-    ordered = [row for same in grouped(rows, [*_PARAMETERS, "episode"]).values() for row in same]
-    trains = any(row[SURVIVED] is not None for row in rows)
-    written = (*_COLUMNS, SURVIVED) if trains else _COLUMNS
+    constant = {name: values[0] for name in _PARAMETERS if len(values := distinct(rows, name)) == 1}
+    written = [*_COLUMNS] if rows[SURVIVED].isna().all() else [*_COLUMNS, SURVIVED]
+    ordered = rows.sort_values([*_PARAMETERS, "episode"], na_position="first", kind="stable")
     content: dict[str, Any] = {"kind": _KIND, "version": _VERSION}
     content |= {name: getattr(baseline, name) for name in _HEADER}
     content |= {
-        "recovered": f"{sum(map(recovered, rows))} of {len(rows)}",
+        "recovered": f"{recovered(rows).sum()} of {len(rows)}",
         "parameters": constant,
         "thresholds": _thresholds(rows),
-        "episodes": [{name: row[name] for name in written if name not in constant} for row in ordered],
+        "episodes": records(ordered[[name for name in written if name not in constant]]),
     }
     lines = []
     for name, value in content.items():

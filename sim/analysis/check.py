@@ -8,13 +8,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from models.errors import InputError
 from sim.analysis.baseline import Baseline
-from sim.analysis.statistics import ALPHA, Row, grouped, number, paired_p, recovered
-from sim.analysis.thresholds import CASE_COLUMNS, Threshold, thresholds
-from sim.results.train import SURVIVED, score
+from sim.analysis.frame import CASE_COLUMNS, DIGITS, records, recovered, score
+from sim.analysis.statistics import ALPHA, paired_p
+from sim.analysis.thresholds import Threshold, thresholds
+from sim.results.train import SURVIVED
 
-_SERIES = ("controller", "direction_deg", *CASE_COLUMNS)
+_SERIES = ["controller", "direction_deg", *CASE_COLUMNS]
+# Of an episode in its series, which goes upward, all replicas of a level before the next.
+_PLACE = ["delta_v", "replica"]
 
 
 class NotComparable(InputError):
@@ -57,9 +62,9 @@ class Comparison:
     trains: bool
     before: int
     after: int
-    lost: Sequence[Row]
+    lost: Sequence[Mapping[str, Any]]
     unreached: frozenset[str]
-    gained: Sequence[Row]
+    gained: Sequence[Mapping[str, Any]]
     p: float
     shifts: Sequence[Shift]
     unpaired: int
@@ -98,53 +103,46 @@ def compare(baseline: Baseline, now: Baseline) -> Comparison:
         NotComparable: if they are not of the same suite and robots, or now lacks episodes of the baseline.
     """
     _check(baseline, now)
-    old, new = ({row["episode"]: row for row in one.rows} for one in (baseline, now))
-    beyond_old, beyond_new = _Ends(baseline.rows), _Ends(now.rows)
-    lost, gained, unreached = [], [], set()
-    pairs = before = after = unpaired = 0
-    for name in sorted(old.keys() | new.keys()):
-        row = new.get(name) or old[name]
-        if name not in new and not beyond_new.explain(row):
-            raise NotComparable(
-                f"{describe(row)}, of the baseline, was not run now; repeat the sweep with the suite of the baseline, "
-                "or make a new baseline with 'okiagari baseline'"
-            )
-        if name not in old and not beyond_old.explain(row):
-            unpaired += 1
-            continue
-        was, is_now = (score(one[name]) if name in one else 0 for one in (old, new))
-        pairs, before, after = pairs + 1, before + was, after + is_now
-        if was > is_now:
-            lost.append(row)
-            if name not in new:
-                unreached.add(name)
-        elif is_now > was:
-            gained.append(row)
-    if not old.keys() & new.keys():
+    rows = pd.concat([now.rows, baseline.rows]).drop_duplicates("episode").sort_values("episode")
+    rows.index = pd.Index(rows["episode"].tolist())
+    old, new = (rows.index.isin(one.rows["episode"]) for one in (baseline, now))
+    missed = rows[~new & ~_explained(rows, now.rows)]
+    if not missed.empty:
+        raise NotComparable(
+            f"{describe(records(missed)[0])}, of the baseline, was not run now; repeat the sweep with the suite of the "
+            "baseline, or make a new baseline with 'okiagari baseline'"
+        )
+    if not (old & new).any():
         raise NotComparable("no episode of the baseline was run now: seed or axes of the suite have changed")
+    paired = old | _explained(rows, baseline.rows)
+    was, is_now = (
+        score(one.rows.set_index("episode")).reindex(rows.index, fill_value=0)[paired] for one in (baseline, now)
+    )
+    lost, gained = rows[paired][was > is_now], rows[paired][is_now > was]
     return Comparison(
-        pairs=pairs,
-        trains=any(row[SURVIVED] is not None for row in (*baseline.rows, *now.rows)),
-        before=before,
-        after=after,
-        lost=sorted(lost, key=lambda row: (_size(row), str(row["episode"]))),
-        unreached=frozenset(unreached),
-        gained=gained,
+        pairs=int(paired.sum()),
+        trains=bool(rows[SURVIVED].notna().any()),
+        before=int(was.sum()),
+        after=int(is_now.sum()),
+        lost=records(lost.sort_values(["delta_v", "episode"], na_position="first")),
+        unreached=frozenset(lost.index) - frozenset(now.rows["episode"]),
+        gained=records(gained),
         p=paired_p(len(lost), len(gained)),
         shifts=_shifts(baseline.rows, now.rows),
-        unpaired=unpaired,
+        unpaired=int((~paired).sum()),
         versions=_differing(baseline.versions, now.versions),
     )
 
 
-def describe(row: Row) -> str:
+def describe(row: Mapping[str, Any]) -> str:
     """An episode in words."""
     # A train is of many directions and sizes.
     push = "" if row["delta_v"] is None else f"{row['direction_deg']:.4g}°, {row['delta_v']:.4g} m/s, "
-    return f"episode {row['episode']} ({row['controller']}, {push}replica {row['replica']})"
+    crashed = ", crashed" if row["outcome"] == "crashed" else ""
+    return f"episode {row['episode']} ({row['controller']}, {push}replica {row['replica']}{crashed})"
 
 
-def replay_command(folder: Path, row: Row) -> str:
+def replay_command(folder: Path, row: Mapping[str, Any]) -> str:
     """What to type to see an episode."""
     return f"okiagari replay {shlex.quote(str(folder))} {row['episode']} --video"
 
@@ -157,39 +155,24 @@ def _check(baseline: Baseline, now: Baseline) -> None:
     ):
         if then != today:
             raise NotComparable(f"not comparable: the baseline is of {what} {then!r}, the sweep of {today!r}")
-    seeds = {row["episode"]: row["seed"] for row in baseline.rows}
-    other = next((row for row in now.rows if seeds.get(row["episode"], row["seed"]) != row["seed"]), None)
-    if other is not None:
-        raise NotComparable(f"not comparable: {describe(other)} had another seed in the baseline")
+    both = now.rows.merge(baseline.rows[["episode", "seed"]], on="episode", suffixes=("", "_then"))
+    other = both[both["seed"] != both["seed_then"]]
+    if not other.empty:
+        raise NotComparable(f"not comparable: {describe(records(other)[0])} had another seed in the baseline")
 
 
-class _Ends:
-    """Where each series of a sweep ends, and whether in failure."""
-
-    def __init__(self, rows: Sequence[Row]) -> None:
-        self._last: dict[tuple[Any, ...], Row] = {}
-        for key, tries in grouped(rows, _SERIES).items():
-            self._last[key] = max(tries, key=_rank)
-
-    def explain(self, row: Row) -> bool:
-        """Whether an episode was not run because its series had ended in failure before it."""
-        if row["delta_v"] is None:
-            return False  # trains are no series
-        (key,) = grouped([row], _SERIES)
-        last = self._last.get(key)
-        return last is not None and not recovered(last) and _rank(row) > _rank(last)
+def _explained(rows: pd.DataFrame, run: pd.DataFrame) -> pd.Series:
+    """Whether each episode (n,) is one that was not run because its series had ended in failure before it."""
+    series = run.round(DIGITS).sort_values(_PLACE).drop_duplicates(_SERIES, keep="last")
+    last = series.assign(failed=~recovered(series))[[*_SERIES, *_PLACE, "failed"]]
+    found = rows.round(DIGITS).reset_index(drop=True).merge(last, on=_SERIES, how="left", suffixes=("", "_last"))
+    size, end = found["delta_v"], found["delta_v_last"]
+    # Trains have no size and are no series.
+    beyond = (size > end) | ((size == end) & (found["replica"] > found["replica_last"]))
+    return (found["failed"].eq(True) & beyond.fillna(False)).set_axis(rows.index)
 
 
-def _rank(row: Row) -> tuple[float, int]:
-    """The place of an episode in its series, which goes upward, all replicas of a level before the next."""
-    return _size(row), int(row["replica"])
-
-
-def _size(row: Row) -> float:
-    return number(row["delta_v"]) or 0.0
-
-
-def _shifts(old: Sequence[Row], new: Sequence[Row]) -> list[Shift]:
+def _shifts(old: pd.DataFrame, new: pd.DataFrame) -> list[Shift]:
     before = {one.key: one for one in thresholds(old, beside=new)}
     after = {one.key: one for one in thresholds(new, beside=old)}
     shifts = [

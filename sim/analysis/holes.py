@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from sim.analysis.statistics import Row, grouped, recovered
+import pandas as pd
+
+from sim.analysis.frame import crashed, groups, records, recovered
 from sim.analysis.thresholds import Threshold
 
 HOLE_SHARE = 0.75
@@ -13,33 +15,25 @@ HOLE_SHARE = 0.75
 
 # Three quarters of a level that is a decimal fraction may be a level itself.
 _ROUNDING = 1e-9
+_COLUMNS = ["episode", "controller", "direction_deg", "replica", "delta_v", "outcome", "reason"]
 
 
-def holes(rows: Sequence[Row], robust: Sequence[Threshold]) -> list[dict[str, Any]]:
-    """Every episode, of any replica, that was not recovered below `HOLE_SHARE` of its robust threshold.
+def holes(frame: pd.DataFrame, robust: Sequence[Threshold]) -> list[dict[str, Any]]:
+    """Every episode, of any replica, that was lost below `HOLE_SHARE` of its robust threshold.
+
+    One that crashed is not lost: nobody knows how its push would have ended.
 
     Args:
-        rows: a table.
+        frame: a table.
         robust: its thresholds.
     """
     if not robust:
         return []
-    columns = list(robust[0].case)
-    members = grouped(rows, ["controller", "direction_deg", *columns])
+    lost = dict(groups(frame[~recovered(frame) & ~crashed(frame)], ["controller", "direction_deg", *robust[0].case]))
     found = []
     for one in robust:
-        most = HOLE_SHARE * one.delta_v - _ROUNDING
-        for row in members[(one.controller, one.direction_deg, *one.case.values())]:
-            if row["delta_v"] < most and not recovered(row):
-                found.append(_entry(row, one))
+        members = lost.get((one.controller, one.direction_deg, *one.case.values()), frame[:0])
+        for row in records(members.loc[members["delta_v"] < HOLE_SHARE * one.delta_v - _ROUNDING, _COLUMNS]):
+            case = {"case": one.case} if one.case else {}
+            found.append({**row, **case, "of_threshold": row["delta_v"] / one.delta_v})
     return sorted(found, key=lambda entry: (entry["controller"], entry["of_threshold"], entry["episode"]))
-
-
-def _entry(row: Row, one: Threshold) -> dict[str, Any]:
-    return {
-        **{name: row[name] for name in ("episode", "controller", "direction_deg", "replica", "delta_v")},
-        **({"case": one.case} if one.case else {}),
-        "of_threshold": row["delta_v"] / one.delta_v,
-        "outcome": row["outcome"],
-        "reason": row["reason"],
-    }

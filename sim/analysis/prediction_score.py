@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any, Literal
 
 import numpy as np
+import pandas as pd
 from statsmodels.discrete.discrete_model import Logit
 from statsmodels.tools import add_constant
 from statsmodels.tools.sm_exceptions import ConvergenceWarning
 
-from sim.analysis.statistics import Rate, Row, grouped, number, rate_of, recovered
+from sim.analysis.frame import crashed, groups, recovered
+from sim.analysis.statistics import rate, rate_of
 
 Moment = Literal["end", "decision"]
 Rule = Literal["law", "regulator", "tracking"]
 
 MOMENTS: tuple[Moment, ...] = ("end", "decision")
-"""At the end of the push, and when the supervisor decided."""
-SECTORS = tuple(range(0, 360, 45))
-"""Middles of the eight sectors that directions are sorted into [deg]."""
+"""At the end of the push, and when the controller decided."""
+SETS: tuple[Rule, ...] = ("regulator", "tracking")
+"""Sets that a controller may live by. The table holds null for a set that the controller has not."""
 DENOMINATORS = {
     "false_safe": "predicted safe but not recovered, over predicted safe",
     "false_safe_of_lost": "predicted safe but not recovered, over not recovered",
@@ -29,149 +30,143 @@ DENOMINATORS = {
 }
 """What each rate is of."""
 
-# Sets by which each controller lives: the regulator never steps, and the statue obeys no set.
-_LAWS: dict[str, tuple[str, ...]] = {
-    "supervisor": ("regulator", "tracking"),
-    "paper": ("regulator", "tracking"),
-    "regulator": ("regulator",),
-}
 _BINS = 6  # at most, on either side of the boundary
 _PER_BIN = 8  # episodes that make a bin worth an interval
 _CENTIMETRES = 100.0
 
 
-def sector(direction_deg: float) -> int:
-    """The middle of the sector of a direction [deg]."""
-    return int(45 * round(direction_deg / 45.0)) % 360
+def sector(direction_deg: Any) -> Any:
+    """The middle of the sector of 45 deg of each direction [deg]; of one, or of an array of any shape."""
+    return 45 * np.round(direction_deg / 45.0) % 360
 
 
-def sets_asked(row: Row, rule: Rule = "law") -> tuple[str, ...]:
-    """The sets whose word counts: those of the controller's law, or of these the one named."""
-    law = _LAWS.get(row["controller"], ())
-    return law if rule == "law" else tuple(name for name in law if name == rule)
+def asked(frame: pd.DataFrame, rule: Rule = "law") -> pd.Series:
+    """Whether the set, or with "law" any set, is one that the controller of each row has."""
+    columns = [f"in_{name}_set_{moment}" for name in _sets(rule) for moment in MOMENTS]
+    return frame[columns].notna().any(axis=1).groupby(frame["controller"]).transform("any")
 
 
-def predicted_safe(row: Row, moment: Moment = "end", rule: Rule = "law") -> bool | None:
-    """Whether the state was in one of the sets that count; None if none of them was asked."""
-    words = [row.get(f"in_{name}_set_{moment}") for name in sets_asked(row, rule)]
-    known = [bool(word) for word in words if word is not None]
-    return any(known) if known else None
+def predicted_safe(frame: pd.DataFrame, moment: Moment = "end", rule: Rule = "law") -> pd.Series:
+    """Whether each state was in one of the controller's sets; NA if none was asked, or the episode crashed."""
+    inside = frame[[f"in_{name}_set_{moment}" for name in _sets(rule)]]
+    nothing = inside.isna().all(axis=1) | crashed(frame)
+    return inside.fillna(False).any(axis=1).astype("boolean").mask(nothing)
 
 
-def signed_slack(row: Row, moment: Moment = "end") -> float | None:
-    """The largest slack of the sets that count [m, of ZMP or DCM]; negative outside all of them."""
-    slacks = [number(row.get(f"{name}_slack_{moment}")) for name in sets_asked(row)]
-    finite = [slack for slack in slacks if slack is not None and math.isfinite(slack)]
-    return max(finite) if finite else None
+def signed_slack(frame: pd.DataFrame, moment: Moment = "end") -> pd.Series:
+    """The largest slack of the controller's sets [m, of ZMP or DCM]; negative outside all of them, NaN without one."""
+    slacks = [
+        frame[f"{name}_slack_{moment}"].where(frame[f"in_{name}_set_{moment}"].notna() & ~crashed(frame))
+        for name in SETS
+    ]
+    return pd.concat(slacks, axis=1).replace([np.inf, -np.inf], np.nan).max(axis=1)
 
 
-def score(rows: Sequence[Row], moment: Moment = "end", rule: Rule = "law") -> dict[str, Any]:
+def score(frame: pd.DataFrame, moment: Moment = "end", rule: Rule = "law") -> dict[str, Any]:
     """Confusion matrix and the rates that follow from it; see `DENOMINATORS`."""
-    pairs = [(predicted_safe(row, moment, rule), recovered(row)) for row in rows]
-    safe = rate_of(not well for said, well in pairs if said is True)
-    unsafe = rate_of(well for said, well in pairs if said is False)
+    said, well = predicted_safe(frame, moment, rule), recovered(frame)
+    known, safe = said.notna(), said.fillna(False).astype(bool)
+    matrix = {
+        "safe_recovered": int((known & safe & well).sum()),
+        "safe_lost": int((known & safe & ~well).sum()),
+        "unsafe_recovered": int((known & ~safe & well).sum()),
+        "unsafe_lost": int((known & ~safe & ~well).sum()),
+    }
+    kept, false_safe, false_alarm, foreseen = matrix.values()
     return {
-        "confusion": {
-            "safe_recovered": safe.n - safe.count,
-            "safe_lost": safe.count,
-            "unsafe_recovered": unsafe.count,
-            "unsafe_lost": unsafe.n - unsafe.count,
-            "not_predicted": sum(said is None for said, _ in pairs),
-        },
-        "false_safe": safe.as_dict(),
-        "false_alarm": unsafe.as_dict(),
-        "false_safe_of_lost": Rate(count=safe.count, n=safe.count + unsafe.n - unsafe.count).as_dict(),
-        "false_alarm_of_recovered": Rate(count=unsafe.count, n=unsafe.count + safe.n - safe.count).as_dict(),
+        "confusion": {**matrix, "not_predicted": int((~known).sum())},
+        "false_safe": rate(false_safe, false_safe + kept),
+        "false_alarm": rate(false_alarm, false_alarm + foreseen),
+        "false_safe_of_lost": rate(false_safe, false_safe + foreseen),
+        "false_alarm_of_recovered": rate(false_alarm, false_alarm + kept),
     }
 
 
-def truth(rows: Sequence[Row]) -> dict[str, Any]:
-    """The section `truth` of a summary.
+def prediction_score(frame: pd.DataFrame) -> dict[str, Any]:
+    """The section `prediction_score` of a summary.
 
     `false_safe`, `false_alarm` and the like hold a rate for each world, of all episodes whose controller lives by
-    sets, each judged by the sets of its own law at the end of the push; `scores` holds the same by moment,
+    sets, each judged by all sets of its controller at the end of the push; `scores` holds the same by moment,
     controller, set and sector; `regions` the recovery by where the state was; `slack` the recovery by signed slack.
     """
-    asked = [row for row in rows if sets_asked(row)]
-    worlds = {world: score(members) for (world,), members in grouped(asked, ["world"]).items()}
-    names = ("confusion", *DENOMINATORS)
+    known = frame[asked(frame)]
+    worlds = {world: members for (world,), members in groups(known, ["world"])}
+    scored = {world: score(members) for world, members in worlds.items()}
+    parts = [
+        ({"moment": moment, "world": world, "controller": controller}, members)
+        for moment in MOMENTS
+        for (world, controller), members in groups(known, ["world", "controller"])
+    ]
     return {
-        **{name: {world: result[name] for world, result in worlds.items()} for name in names},
+        **{name: {w: found[name] for w, found in scored.items()} for name in ("confusion", *DENOMINATORS)},
         "denominators": dict(DENOMINATORS),
-        "scores": list(_scores(asked)),
-        "regions": list(_regions(asked)),
-        "slack": {world: by_slack(members) for (world,), members in grouped(asked, ["world"]).items()},
+        "scores": [entry for what, members in parts for entry in _scores(what, members)],
+        "regions": [entry for what, members in parts for entry in _regions(what, members)],
+        "slack": {world: by_slack(members) for world, members in worlds.items()},
     }
 
 
-def _scores(rows: Sequence[Row]) -> Iterator[dict[str, Any]]:
-    for moment in MOMENTS:
-        for (world, controller), members in grouped(rows, ["world", "controller"]).items():
-            rules: tuple[Rule, ...] = ("law", "regulator", "tracking")
-            for rule in rules:
-                if not sets_asked(members[0], rule):
-                    continue
-                what = {"moment": moment, "world": world, "controller": controller, "set": rule}
-                yield {**what, "direction_deg": None, **score(members, moment, rule)}
-                for middle in SECTORS:
-                    # A train that crashed has no direction.
-                    known = [row for row in members if row["direction_deg"] is not None]
-                    there = [row for row in known if sector(row["direction_deg"]) == middle]
-                    if there:
-                        yield {**what, "direction_deg": middle, **score(there, moment, rule)}
+def _sets(rule: Rule) -> tuple[Rule, ...]:
+    return SETS if rule == "law" else (rule,)
 
 
-def _regions(rows: Sequence[Row]) -> Iterator[dict[str, Any]]:
+def _scores(what: dict[str, Any], members: pd.DataFrame) -> Iterator[dict[str, Any]]:
+    rules: tuple[Rule, ...] = ("law", *SETS)
+    # A train that crashed has no direction.
+    directed = members[members["direction_deg"].notna()]
+    for rule in (rule for rule in rules if asked(members, rule).any()):
+        yield {**what, "set": rule, "direction_deg": None, **score(members, what["moment"], rule)}
+        for middle, there in directed.groupby(sector(directed["direction_deg"])):
+            yield {**what, "set": rule, "direction_deg": int(middle), **score(there, what["moment"], rule)}
+
+
+def _regions(what: dict[str, Any], members: pd.DataFrame) -> Iterator[dict[str, Any]]:
     """Recovery of the states in the regulator's set, in a tracking set only, and in neither."""
-    for moment in MOMENTS:
-        for (world, controller), members in grouped(rows, ["world", "controller"]).items():
-            found: dict[str, list[bool]] = {}
-            for row in members:
-                if predicted_safe(row, moment) is None:
-                    continue
-                inside = [name for name in sets_asked(row) if row.get(f"in_{name}_set_{moment}")]
-                found.setdefault(inside[0] if inside else "outside", []).append(recovered(row))
-            for region in ("regulator", "tracking", "outside"):
-                if region in found:
-                    what = {"moment": moment, "world": world, "controller": controller, "region": region}
-                    yield {**what, "recovered": rate_of(found[region]).as_dict()}
+    known = members[predicted_safe(members, what["moment"]).notna()]
+    inside = [known[f"in_{name}_set_{what['moment']}"].fillna(False).to_numpy(bool) for name in SETS]
+    where = np.select(inside, SETS, "outside")
+    for region in (*SETS, "outside"):
+        if (where == region).any():
+            yield {**what, "region": region, "recovered": rate_of(recovered(known)[where == region])}
 
 
-def by_slack(rows: Sequence[Row], moment: Moment = "end") -> dict[str, Any]:
+def by_slack(frame: pd.DataFrame, moment: Moment = "end") -> dict[str, Any]:
     """Recovery by signed slack: rates in bins that meet at zero, and a logistic fit.
 
     The fit is None where one outcome is missing; where some slack parts all recoveries from all losses there is
     no finite slope, and the fit only says between which slacks that happens.
     """
-    pairs = [(slack, recovered(row)) for row in rows if (slack := signed_slack(row, moment)) is not None]
-    pairs.sort()
-    outside, inside = [pair for pair in pairs if pair[0] < 0.0], [pair for pair in pairs if pair[0] >= 0.0]
-    return {"n": len(pairs), "bins": [*_bins(outside), *_bins(inside)], "logistic": _logistic(pairs)}
+    pairs = pd.DataFrame({"slack": signed_slack(frame, moment), "well": recovered(frame)}).dropna()
+    pairs = pairs.sort_values(["slack", "well"], kind="stable")
+    outside = pairs["slack"] < 0.0
+    return {
+        "n": len(pairs),
+        "bins": [*_bins(pairs[outside]), *_bins(pairs[~outside])],
+        "logistic": _logistic(pairs),
+    }
 
 
-def _bins(pairs: list[tuple[float, bool]]) -> Iterator[dict[str, Any]]:
+def _bins(pairs: pd.DataFrame) -> Iterator[dict[str, Any]]:
     count = min(_BINS, max(1, len(pairs) // _PER_BIN))
     for part in np.array_split(np.arange(len(pairs)), count):
         if part.size:
-            slacks = [pairs[i][0] for i in part]
-            recovery = rate_of(pairs[i][1] for i in part)
-            middle = float(np.median(slacks))
-            yield {"low": slacks[0], "high": slacks[-1], "middle": middle, "recovered": recovery.as_dict()}
+            slack = pairs["slack"].iloc[part]
+            ends = {"low": float(slack.min()), "high": float(slack.max()), "middle": float(slack.median())}
+            yield {**ends, "recovered": rate_of(pairs["well"].iloc[part])}
 
 
-def _logistic(pairs: list[tuple[float, bool]]) -> dict[str, Any] | None:
-    good = [slack for slack, well in pairs if well]
-    bad = [slack for slack, well in pairs if not well]
-    if not good or not bad:
+def _logistic(pairs: pd.DataFrame) -> dict[str, Any] | None:
+    good, bad = pairs.loc[pairs["well"], "slack"], pairs.loc[~pairs["well"], "slack"]
+    if good.empty or bad.empty:
         return None
-    if max(bad) < min(good):
-        return {"separated": True, "worst_lost": max(bad), "least_recovered": min(good)}
-    slacks = np.array([slack for slack, _ in pairs]) * _CENTIMETRES
-    if np.ptp(slacks) == 0.0 or min(bad) > max(good):
+    if bad.max() < good.min():
+        return {"separated": True, "worst_lost": float(bad.max()), "least_recovered": float(good.min())}
+    slacks = pairs["slack"].to_numpy() * _CENTIMETRES
+    if np.ptp(slacks) == 0.0 or bad.min() > good.max():
         return None
     with np.errstate(over="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # it is asked below
-        fit = Logit(np.array([float(well) for _, well in pairs]), add_constant(slacks)).fit(disp=False, maxiter=100)
+        fit = Logit(pairs["well"].to_numpy(float), add_constant(slacks)).fit(disp=False, maxiter=100)
     if not fit.mle_retvals["converged"]:
         return None
     level, slope = (float(value) for value in fit.params)

@@ -4,87 +4,62 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
+
+import pandas as pd
 
 from controllers.admissible.limits import capturability_steps
 from controllers.pendulum import Pendulum
 from models.errors import InputError
 from models.robot import Robot, load_robot
-from sim.analysis.statistics import Row, grouped, number
+from sim.analysis.frame import groups
 
 _PERIOD = 0.001  # [s]; a pendulum wants one, limits do not depend on it
 # A step straight along one axis is not bounded by the other one.
 _ALONG = 1e-9
 
 
-@dataclass(frozen=True, kw_only=True)
-class PushLimit:
-    """How hard a pendulum on these feet can be pushed in a direction by a sudden change of velocity.
+def push_limits(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """The section `limits` of a summary: an entry for every robot and direction; none for rows that do not say d.
 
-    Attributes:
-        robot: its name.
-        direction_deg: [deg].
-        no_step: omega d [m/s], which no controller exceeds without a step.
-        steps: Koolen's limit with at most 1, 2, ... steps [m/s]: feet put down at once and weightless, each step the
-            longest and the quickest that the scenario allows, straight into the push.
+    Each has `no_step_delta_v`, omega d [m/s], which no controller exceeds without a step, and `n_step_delta_v` [m/s]
+    and `n_step_over_omega_d`, Koolen's limits with at most 1, 2, ... steps: feet put down at once and weightless, each
+    step the longest and the quickest that the scenario allows, straight into the push.
     """
-
-    robot: str
-    direction_deg: float
-    no_step: float
-    steps: tuple[float, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """The entry of `limits` in a summary."""
-        return {
-            "robot": self.robot,
-            "direction_deg": self.direction_deg,
-            "no_step_delta_v": self.no_step,
-            "n_step_delta_v": list(self.steps),
-            "n_step_over_omega_d": [step / self.no_step for step in self.steps],
-        }
-
-
-def push_limits(rows: Sequence[Row]) -> list[PushLimit]:
-    """The limits of every robot and direction of a table; none for rows that do not say d."""
+    scale = frame["delta_v_over_omega_d"] * frame["d_edge"]
+    known = frame.assign(omega=frame["delta_v"] / scale.where(scale != 0.0))
+    known = known[known["omega"] > 0.0]
+    robots = {name: _robot(name) for name in known["robot"].unique()}
     found = []
-    robots: dict[str, Robot | None] = {}
-    for (name, direction), members in grouped(rows, ["robot", "direction_deg"]).items():
-        row = next((row for row in members if _omega(row) is not None), None)
-        if row is None:
-            continue
-        if name not in robots:
-            robots[name] = _robot(name)
-        found.append(_limit(row, robots[name], name, direction))
+    for (name, direction), members in groups(known, ["robot", "direction_deg"]):
+        row = members.iloc[0]
+        omega, edge = float(row["omega"]), float(row["d_edge"])
+        steps = [omega * distance for distance in _edges(row, omega, edge, robots[name], direction)]
+        found.append(
+            {
+                "robot": name,
+                "direction_deg": direction,
+                "no_step_delta_v": omega * edge,
+                "n_step_delta_v": steps,
+                "n_step_over_omega_d": [step / (omega * edge) for step in steps],
+            }
+        )
     return found
 
 
-def _omega(row: Row) -> float | None:
-    size, edge, delta_v = (number(row.get(name)) for name in ("delta_v_over_omega_d", "d_edge", "delta_v"))
-    return delta_v / size / edge if size and edge and delta_v else None
-
-
-def _limit(row: Row, robot: Robot | None, name: str, direction: float) -> PushLimit:
-    omega, edge = _omega(row), float(row["d_edge"])
-    assert omega is not None
-    distances = [edge]
-    if robot is not None:
-        stepping = json.loads(row["scenario"])["stepping"]
-        angle = math.radians(direction)
-        stride = min(
-            float(stepping["max_stride"]) / max(abs(math.cos(angle)), _ALONG),
-            robot.hip_reach / max(abs(math.sin(angle)), _ALONG),
-        )
-        quickest, most = min(stepping["step_times"]), int(stepping["max_steps"])
-        distances = capturability_steps(Pendulum(omega, _PERIOD), edge, stride, quickest, most).tolist()
-    return PushLimit(
-        robot=name,
-        direction_deg=direction,
-        no_step=omega * edge,
-        steps=tuple(omega * distance for distance in distances[1:]),
+def _edges(row: pd.Series, omega: float, edge: float, robot: Robot | None, direction: float) -> list[float]:
+    """How far the DCM may be with at most 1, 2, ... steps [m]; nothing if the robot is gone or none steps."""
+    stepping = json.loads(row["scenario"]).get("stepping")
+    if robot is None or stepping is None:
+        return []
+    angle = math.radians(direction)
+    stride = min(
+        float(stepping["max_stride"]) / max(abs(math.cos(angle)), _ALONG),
+        robot.hip_reach / max(abs(math.sin(angle)), _ALONG),
     )
+    quickest, most = min(stepping["step_times"]), int(stepping["max_steps"])
+    found: list[float] = capturability_steps(Pendulum(omega, _PERIOD), edge, stride, quickest, most)[1:].tolist()
+    return found
 
 
 def _robot(name: str) -> Robot | None:

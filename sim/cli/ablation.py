@@ -54,7 +54,7 @@ def ablation(
     The same command goes on where it was stopped. With DIR nothing is run: what that sweep has so far is shown.
     """
     from sim.report.ablation_chart import ABLATION, write_ablation
-    from sim.report.file import check_picture
+    from sim.report.style import check_picture
 
     if picture is not None:
         check_picture(picture, "--picture")
@@ -74,13 +74,14 @@ def ablation(
         folder = out if out is not None else Path("out") / f"sweep-{loaded.name}"
         run_suite(loaded, folder, workers=workers)
 
-    from sim.analysis.ablation import ablation_table
     from sim.analysis.summary import write_summary
+    from sim.presenter.render import markdown
+    from sim.presenter.sections import ablation_table
 
     summary = write_summary(folder)
     section = summary["ablation"]
     path = picture if picture is not None else folder / ABLATION
     write_ablation(section, path)
-    print(ablation_table(section))
+    print(markdown(ablation_table(section)))
     tell_unfinished(summary["episodes"], read_sweep(folder))
     print(path, file=sys.stderr)

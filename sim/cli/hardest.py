@@ -29,7 +29,9 @@ def register(app: typer.Typer, progress: Progress) -> None:
         out: Annotated[
             Path | None, typer.Option(metavar="FOLDER", help="Folder to write.", show_default="DIR/hardest")
         ] = None,
-        controller: Annotated[str | None, typer.Option(help="Who answers.", show_default="the sweep's best")] = None,
+        controller: Annotated[
+            str | None, typer.Option(help="Who answers.", show_default="the first that is shown")
+        ] = None,
         case: Annotated[str | None, typer.Option(metavar="WORDS", help="Which case, if the suite has several.")] = None,
     ) -> None:
         """Film the hardest robust push of each direction: hardest_090.mp4, and a strip of frames hardest_090.png.
@@ -37,14 +39,14 @@ def register(app: typer.Typer, progress: Progress) -> None:
         Each is run again from the sweep's row, and it is said whether every bit came back. What is filmed already is
         skipped.
         """
-        from sim.analysis.summary import load_rows
+        from sim.analysis.frame import load_rows
         from sim.report.hardest import film_hardest, hardest_pushes
         from sim.results.table import read_sweep
         from sim.viz.video import missing_renderer
 
-        rows = load_rows(folder, all_columns=True)
-        pushes = hardest_pushes(rows, controller, case)
-        tell_unfinished(len(rows), read_sweep(folder))
+        rows, sweep = load_rows(folder, all_columns=True), read_sweep(folder)
+        pushes = hardest_pushes(rows, sweep, controller, case)
+        tell_unfinished(len(rows), sweep)
         note = missing_renderer()
         if note:
             raise InputError(note)

@@ -45,11 +45,13 @@ def tell_unfinished(episodes: int, sweep: Mapping[str, Any]) -> None:
 
 def summary(folder: _Folder) -> None:
     """Print thresholds, rates and the score of the prediction, and write them to DIR/summary.json."""
-    from sim.analysis.summary import SUMMARY, print_summary, write_summary
+    from sim.analysis.summary import SUMMARY, write_summary
+    from sim.presenter.render import print_sections
+    from sim.presenter.sections import sections
     from sim.results.table import read_sweep
 
     made = write_summary(folder)
-    print_summary(made)
+    print_sections(sections(made))
     tell_unfinished(made["episodes"], read_sweep(folder))
     print(folder / SUMMARY)
 
@@ -84,16 +86,18 @@ def envelope(
     case: Annotated[str | None, typer.Option(metavar="WORDS", help="Which case, if the suite has several.")] = None,
 ) -> None:
     """Draw the robust thresholds around the robot, and print them as a table in Markdown."""
-    from sim.analysis.summary import load_rows, write_summary
-    from sim.report.envelope import ENVELOPE, chosen_case, envelope_table, write_envelope
+    from sim.analysis.summary import summary_of, write_summary
+    from sim.presenter.render import markdown
+    from sim.presenter.threshold_section import envelope_table
+    from sim.report.envelope import ENVELOPE, chosen_case, write_envelope
     from sim.results.table import read_sweep
 
     path = out if out is not None else folder / ENVELOPE
-    rows = load_rows(folder)
-    shown = chosen_case(rows, case)
-    write_envelope(shown, path)
-    print(envelope_table(shown, write_summary(folder)))
-    tell_unfinished(len(rows), read_sweep(folder))
+    summary = summary_of(folder)
+    shown = chosen_case(summary, case)
+    write_envelope(summary, shown, path)
+    print(markdown(envelope_table(write_summary(folder, summary), shown)))
+    tell_unfinished(summary["episodes"], read_sweep(folder))
     print(path, file=sys.stderr)
 
 
@@ -132,10 +136,11 @@ def check(
 def _print(result: Comparison, then: Baseline, folder: Path) -> None:
     from sim.analysis.check import describe, replay_command
 
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)
     colour, verdict = ("red", "worse") if result.worse else ("green", "not worse")
+    console.print(verdict, style=f"bold {colour}", end="")
     console.print(
-        f"[bold {colour}]{verdict}[/] than the baseline of {then.commit[:12]}: {result.counts}; "
+        f" than the baseline of {then.commit[:12]}: {result.counts}; "
         f"{len(result.lost)} lost, {len(result.gained)} gained, exact McNemar p = {result.p:.3g}"
     )
     for name, (before, after) in result.versions.items():
@@ -143,12 +148,14 @@ def _print(result: Comparison, then: Baseline, folder: Path) -> None:
     if result.unpaired:
         console.print(f"  {result.unpaired} episodes that the baseline does not have were left out")
     for shift in result.shifts:
-        one, mark = shift.after, " [red]more than one step[/]" if shift.levels < -1 else ""
+        one = shift.after
         where = "".join(f", {name} {value}" for name, value in one.case.items())
         console.print(
             f"  threshold of {one.controller} to {one.direction_deg:g}°{where}: "
-            f"{shift.before.delta_v:g} m/s then, {one.delta_v:g} m/s now{mark}"
+            f"{shift.before.delta_v:g} m/s then, {one.delta_v:g} m/s now",
+            end="",
         )
+        console.print(" more than one step" if shift.levels < -1 else "", style="red")
     if result.lost:
         console.print("fewer pushes survived:" if result.trains else "no longer recovered:")
     for row in result.lost:

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich import box
-from rich.console import Console
-from rich.table import Table
 
 from models.errors import InputError
 from scenarios.schema import World
@@ -143,21 +139,11 @@ def replay(
 
 
 def _report(folder: Path) -> None:
-    from sim.analysis.summary import print_summary, write_summary
-    from sim.results.table import RESULTS, read_results
+    from sim.analysis.summary import write_summary
+    from sim.presenter.render import print_sections
+    from sim.presenter.sections import sections
+    from sim.results.table import RESULTS
 
-    table = read_results(folder)
-    columns = ("world", "controller", "outcome")
-    counts = Counter(zip(*(table[column].to_pylist() for column in columns), strict=True))
-    console = Console(highlight=False)
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in columns[:2]:
-        shown.add_column(heading)
-    endings = ("recovered", "fell", "not_settled", "crashed")
-    for ending in endings:
-        shown.add_column(ending.replace("_", " "), justify="right")
-    for group in dict.fromkeys(key[:2] for key in sorted(counts)):
-        shown.add_row(*group, *(str(counts[(*group, ending)]) for ending in endings))
-    console.print(shown)
-    console.print(f"{table.num_rows} episodes in {folder / RESULTS}", soft_wrap=True)
-    print_summary(write_summary(folder))
+    summary = write_summary(folder)
+    print_sections(sections(summary))
+    print(f"{summary['episodes']} episodes in {folder / RESULTS}")

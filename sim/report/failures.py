@@ -5,16 +5,20 @@ from __future__ import annotations
 import base64
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from PIL import Image
 
 from models.errors import OkiagariError
 from scenarios.schema import Scenario
-from sim.analysis.prediction_score import predicted_safe, sets_asked, signed_slack
-from sim.analysis.statistics import Row, number, recovered
+from sim.analysis.check import describe, replay_command
+from sim.analysis.frame import crashed, records, recovered
+from sim.analysis.prediction_score import SETS, predicted_safe, signed_slack
 from sim.episode.episode import run_episode
 from sim.record.outcome import last_push_end
 from sim.record.trace import Trace
@@ -28,15 +32,42 @@ _QUALITY = 82
 
 @dataclass(frozen=True, kw_only=True)
 class Failure:
-    """An episode that was not recovered, and why it is shown.
+    """An episode that was not recovered, as the page shows it.
 
     Attributes:
-        row: of the sweep's table.
+        row: of the sweep's table; what is missing is None.
         why: what is remarkable about it.
     """
 
-    row: Row
+    row: Mapping[str, Any]
     why: str
+
+    @property
+    def title(self) -> str:
+        """Which one it is."""
+        return describe(self.row).removeprefix("episode ")
+
+    @property
+    def reason(self) -> str:
+        """How it ended."""
+        row = self.row
+        when = "" if row["time_of_fall"] is None else f" at {row['time_of_fall']:.2f} s"
+        return f"{str(row['outcome']).replace('_', ' ')}{when}: {row['reason']}"
+
+    @property
+    def sets(self) -> str:
+        """What the controller's sets said of the state at the end of the push."""
+        parts = []
+        for name in SETS:
+            slack = self.row[f"{name}_slack_end"]
+            if slack is not None and self.row[f"in_{name}_set_end"] is not None:
+                where = "no step within reach" if not np.isfinite(slack) else f"{1e3 * slack:+.1f} mm"
+                parts.append(f"{name} set {where}")
+        return ", ".join(parts) or "no set was asked"
+
+    def command(self, folder: Path) -> str:
+        """What to type to see it."""
+        return replay_command(folder, self.row)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,51 +83,49 @@ class Strip:
     note: str | None
 
 
-def worst_failures(rows: Sequence[Row], count: int) -> list[Failure]:
-    """The failures that should least have happened, of the best controller of the table.
+def worst_failures(pushes: pd.DataFrame, count: int) -> list[Failure]:
+    """The failures that should least have happened.
 
     First what crashed; then in turn the weakest pushes, relative to the no-step limit, and the states with the most
     slack that were lost all the same; no two of the same direction and size.
+
+    Args:
+        pushes: of one controller.
+        count: how many at most.
     """
-    best = next((name for name in ("supervisor", "regulator") if any(r["controller"] == name for r in rows)), None)
-    lost = [row for row in rows if not recovered(row) and best in (None, row["controller"])]
-    crashed = [Failure(row=row, why="It crashed") for row in lost if row["outcome"] == "crashed"]
-    fallen = [row for row in lost if row["outcome"] != "crashed"]
-    weakest = [
-        Failure(row=row, why=f"The weakest push that was not recovered, {_size(row)}")
-        for row in sorted(fallen, key=lambda row: (_relative(row), str(row["episode"])))
+    relative = pushes["delta_v_over_omega_d"]
+    ranked = pushes.assign(relative=relative.fillna(pushes["delta_v"]), slack=signed_slack(pushes).fillna(0.0))
+    fallen = ranked[~recovered(pushes) & ~crashed(pushes)]
+    safe = fallen[predicted_safe(fallen).fillna(False).astype(bool)]
+    queues = [
+        [Failure(row=row, why="It crashed") for row in records(ranked[crashed(pushes)])],
+        [
+            Failure(row=row, why=f"The weakest push that was not recovered, {_size(row)}")
+            for row in records(fallen.sort_values(["relative", "episode"]))
+        ],
+        [
+            Failure(row=row, why=f"Predicted safe, with {1e3 * row['slack']:.1f} mm of slack, and lost")
+            for row in records(safe.sort_values(["slack", "episode"], ascending=[False, True]))
+        ],
     ]
-    safe = sorted(
-        (row for row in fallen if predicted_safe(row)), key=lambda row: (-(signed_slack(row) or 0.0), row["episode"])
-    )
-    surprises = [
-        Failure(row=row, why=f"Predicted safe, with {1e3 * (signed_slack(row) or 0.0):.1f} mm of slack, and lost")
-        for row in safe
-    ]
-    taken: dict[tuple[float | None, float | None], Failure] = {}
-    queues = [crashed, weakest, surprises]
+    taken: dict[tuple[Any, Any], Failure] = {}
     while any(queues) and len(taken) < count:
         for queue in queues:
             while queue:
                 failure = queue.pop(0)
-                key = (number(failure.row["direction_deg"]), number(failure.row["delta_v"]))
+                key = (failure.row["direction_deg"], failure.row["delta_v"])
                 if key not in taken and len(taken) < count:
                     taken[key] = failure
                     break
     return list(taken.values())
 
 
-def _relative(row: Row) -> float:
-    size = number(row["delta_v_over_omega_d"])
-    return float(row["delta_v"]) if size is None else size
-
-
-def _size(row: Row) -> str:
-    size = number(row["delta_v_over_omega_d"])
+def _size(row: Mapping[str, Any]) -> str:
+    size = row["delta_v_over_omega_d"]
     return f"{row['delta_v']:.2f} m/s" if size is None else f"Δv/(ωd) = {size:.2f}"
 
 
-def film_strip(row: Row) -> Strip:
+def film_strip(row: Mapping[str, Any]) -> Strip:
     """Run an episode of a sweep's table again and take frames of it from its pushes to the fall.
 
     Args:
@@ -132,14 +161,3 @@ def _jpeg(picture: Frame) -> str:
     stream = io.BytesIO()
     Image.fromarray(picture).save(stream, format="JPEG", quality=_QUALITY, optimize=True)
     return "data:image/jpeg;base64," + base64.b64encode(stream.getvalue()).decode()
-
-
-def law_words(row: Row) -> str:
-    """What the sets said of the state at the end of the push, in words."""
-    parts = []
-    for name in sets_asked(row):
-        slack = number(row.get(f"{name}_slack_end"))
-        if slack is not None:
-            where = "no step within reach" if not np.isfinite(slack) else f"{1e3 * slack:+.1f} mm"
-            parts.append(f"{name} set {where}")
-    return ", ".join(parts) or "no set was asked"

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from PIL import Image
 
 from controllers.interface import Phase
 from models.errors import InputError
-from sim.analysis.statistics import Row, grouped, recovered
-from sim.analysis.summary_table import ordered
-from sim.analysis.thresholds import Threshold
+from sim.analysis.frame import groups, records, recovered
+from sim.analysis.summary import summarise
+from sim.presenter.who import by_controller
 from sim.record.trace import Trace
 from sim.report.envelope import chosen_case
 from sim.results.table import write_bytes
@@ -35,57 +36,62 @@ class Hardest:
     """What is filmed.
 
     Attributes:
-        threshold: of the direction.
+        threshold: of the direction, an entry of `robust` of a summary.
         row: the first replica that is recovered at that level.
     """
 
-    threshold: Threshold
-    row: Row
+    threshold: Mapping[str, Any]
+    row: Mapping[str, Any]
 
     @property
     def name(self) -> str:
         """Of its files, without their ending: "hardest_090"."""
-        way = self.threshold.direction_deg
-        return f"hardest_{way:03.0f}" if float(way).is_integer() else f"hardest_{way:05.1f}"
+        way = float(self.threshold["direction_deg"])
+        return f"hardest_{way:03.0f}" if way.is_integer() else f"hardest_{way:05.1f}"
 
     @property
     def words(self) -> str:
         """The push, in words."""
         one = self.threshold
-        scaled = "" if one.over_omega_d is None else f", {one.over_omega_d:.2f} ωd"
-        return f"{one.direction_deg:g}°: {one.delta_v:g} m/s{scaled}"
+        scaled = "" if one["over_omega_d"] is None else f", {one['over_omega_d']:.2f} ωd"
+        return f"{one['direction_deg']:g}°: {one['delta_v']:g} m/s{scaled}"
 
     @property
     def entry(self) -> dict[str, Any]:
         """What the index says of it."""
-        one = self.threshold
-        sizes = {"direction_deg": one.direction_deg, "delta_v": one.delta_v, "over_omega_d": one.over_omega_d}
-        return {**sizes, "controller": one.controller, **{k: self.row[k] for k in ("episode", "replica", "trace_hash")}}
+        of_threshold, of_row = (
+            ("direction_deg", "delta_v", "over_omega_d", "controller"),
+            ("episode", "replica", "trace_hash"),
+        )
+        return {name: self.threshold[name] for name in of_threshold} | {name: self.row[name] for name in of_row}
 
 
-def hardest_pushes(rows: Sequence[Row], controller: str | None = None, case: str | None = None) -> list[Hardest]:
+def hardest_pushes(
+    rows: pd.DataFrame, sweep: dict[str, Any], controller: str | None = None, case: str | None = None
+) -> list[Hardest]:
     """The hardest robust push of each direction of which there is one.
 
     Args:
         rows: of a sweep.
-        controller: who answers; None for the best of the table.
+        sweep: what `sweep.json` says of it.
+        controller: who answers; None for the first that is shown.
         case: which case, if there are several.
 
     Raises:
         InputError: if there are no thresholds, or not such ones.
     """
-    robust = chosen_case(rows, case).robust
-    names = ordered({one.controller for one in robust})
-    if controller is not None and controller not in names:
-        raise InputError(f"--controller: {controller!r} is none of the sweep's; choose one of {', '.join(names)}")
+    summary = summarise(rows, sweep)
+    what = chosen_case(summary, case)
+    robust = by_controller(summary, (one for one in summary["robust"] if one.get("case", {}) == what))
+    if controller is not None and controller not in robust:
+        raise InputError(f"--controller: {controller!r} is none of the sweep's; choose one of {', '.join(robust)}")
+    name = controller or next(iter(robust))
+    tries = dict(groups(rows[recovered(rows)], ["controller", "direction_deg", "delta_v", *what]))
     found = []
-    for one in robust:
-        if one.controller != (controller or names[0]) or not one.delta_v:
-            continue
-        key = {"controller": one.controller, "direction_deg": one.direction_deg, "delta_v": one.delta_v, **one.case}
-        tries = grouped(rows, list(key))[tuple(key.values())]
-        best = min((row for row in tries if recovered(row)), key=lambda row: int(row["replica"]))
-        found.append(Hardest(threshold=one, row=best))
+    for one in robust[name]:
+        if one["delta_v"]:
+            same = tries[(name, one["direction_deg"], one["delta_v"], *what.values())]
+            found.append(Hardest(threshold=one, row=records(same.sort_values("replica").head(1))[0]))
     return found
 
 

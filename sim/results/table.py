@@ -63,7 +63,7 @@ PARAMETERS: Mapping[str, Column] = MappingProxyType(
     {
         "robot": _text("name of a robot or path of its file"),
         "world": _text("humanoid or pendulum"),
-        "controller": _text("supervisor, paper, regulator or statue"),
+        "controller": _text("short name, entry point, or path/to/file.py:Class"),
         "whole_body": _text("dynamics or ik"),
         "variant": _text("name of the suite's variant of the scenario; null if it has none"),
         "body": _text("where the push acts; cog is every body by its mass"),

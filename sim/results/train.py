@@ -1,14 +1,12 @@
-"""A train of pushes: which were survived, and the row of the episode as one row for each push."""
+"""A train of pushes: which of them were survived, as the columns of a table."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from scenarios.push import Push
-from sim.analysis.statistics import Row, recovered
 from sim.record.outcome import Reason
 from sim.results.prediction import prediction_columns
 from sim.results.push_size import push_columns
@@ -57,27 +55,3 @@ def _told(result: EpisodeResult, push: PushRecord, asked: Push, *, survived: boo
     # JSON knows no infinity; that no step was within reach is told by the membership.
     finite = {name: None if isinstance(value, float) and math.isinf(value) else value for name, value in said.items()}
     return {"start": push.start, "survived": survived, **push_columns(result.robot, asked), **finite}
-
-
-def each_push(rows: Iterable[Row]) -> list[Row]:
-    """Rows with each train taken apart: a row for each push that began, recovered if it was survived.
-
-    What was predicted of a push and how large it was is then where it is in the row of a single push.
-    """
-    found: list[Row] = []
-    for row in rows:
-        if row.get("pushes") is None:
-            found.append(row)
-            continue
-        for push in json.loads(row["pushes"]):
-            told = {name: value for name, value in push.items() if name not in ("start", "survived")}
-            outcome = "recovered" if push["survived"] else row["outcome"]
-            where = {"push_start": push["start"], "push_direction_deg": push["direction_deg"]}
-            found.append({**row, **told, **where, "outcome": outcome})
-    return found
-
-
-def score(row: Row) -> int:
-    """How well an episode went: pushes of a train that were survived, else 1 if it was recovered."""
-    survived = row.get(SURVIVED)
-    return int(recovered(row)) if survived is None else int(survived)

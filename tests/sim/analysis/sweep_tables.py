@@ -9,12 +9,22 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
+from sim.analysis.frame import as_frame
 from sim.results.table import COLUMNS, RESULTS, SUITE, SWEEP, as_table, write_table
 
 DIRECTIONS = tuple(float(angle) for angle in range(0, 360, 45))
 OMEGA, HEIGHT, GRAVITY = 4.0, 0.613, 9.81
 STEP = 0.05
 STRAIGHT_FAILURES = 10
+
+CONTROLLERS = {
+    "supervisor": {"label": "supervisor", "colour": "#239023", "marker": "o", "source": None},
+    "regulator": {"label": "regulator (never steps)", "colour": "#1f5fd6", "marker": "s", "source": None},
+    "statue": {"label": "statue (holds still)", "colour": "#808080", "marker": "^", "source": None},
+}
+"""How the controllers look, as `sweep.json` has it."""
 
 Law = Callable[[Mapping[str, Any]], bool]
 
@@ -170,6 +180,11 @@ def adaptive(
     return rows
 
 
+def frame(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """The rows as a data frame, in the same order."""
+    return as_frame(as_table(rows))
+
+
 def sweep_facts(rows: Sequence[Mapping[str, Any]], **changes: Any) -> dict[str, Any]:
     """What `sweep.json` says of these rows."""
     return {
@@ -179,6 +194,7 @@ def sweep_facts(rows: Sequence[Mapping[str, Any]], **changes: Any) -> dict[str, 
         "seed": 0,
         "versions": {"python": "3.11", "mujoco": "3.17.0"},
         "commit": "0" * 40,
+        "controllers": CONTROLLERS,
         "planned": len(rows),
         "finished": len(rows),
     } | changes

@@ -7,16 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from models.errors import InputError
 from sim.analysis.baseline import of_sweep, read_baseline, write_baseline
 from sim.analysis.check import NotComparable, compare, describe
 from sim.analysis.endurance import endurance
+from sim.analysis.frame import each_push
 from sim.analysis.statistics import spread
-from sim.analysis.summary import load_rows, print_summary, summarise
+from sim.analysis.summary import summarise
+from sim.presenter.render import print_sections
+from sim.presenter.sections import sections
 from sim.report.report import REPORT, write_report
-from sim.results.train import each_push
-from tests.sim.analysis.sweep_tables import folder_of, sweep_facts, train_row
+from tests.sim.analysis.sweep_tables import folder_of, frame, sweep_facts, train_row
 
 COUNTS = {"supervisor": [4, 9, 7, 10, 6, 7, 8, 5], "regulator": [3, 3, 4, 3, 2, 3, 4, 3]}
 TRAIN = {"count": 10, "interval": 3.0, "first": 0.5, "growth": 0.1, "direction": [0.0, 360.0]}
@@ -52,7 +55,7 @@ def test_interval_of_the_median_covers_it_as_often_as_it_says() -> None:
 
 
 def test_entry_for_every_controller() -> None:
-    found = {entry["controller"]: entry for entry in endurance(table(COUNTS))}
+    found = {entry["controller"]: entry for entry in endurance(frame(table(COUNTS)))}
     assert found.keys() == COUNTS.keys()
     one = found["supervisor"]
     assert (one["n"], one["pushes"], one["survived_all"]) == (8, 10, 1)
@@ -66,7 +69,7 @@ def test_entry_for_every_controller() -> None:
 
 def test_cases_are_kept_apart() -> None:
     rows = table(COUNTS) + table({"supervisor": [10] * 8}, world="pendulum")
-    found = {(entry["controller"], entry["case"]["world"]): entry for entry in endurance(rows)}
+    found = {(entry["controller"], entry["case"]["world"]): entry for entry in endurance(frame(rows))}
     assert found["supervisor", "pendulum"]["survived_all"] == 8
     assert found["supervisor", "humanoid"]["survived_all"] == 1
 
@@ -78,7 +81,7 @@ def crash(row: dict[str, Any]) -> None:
 def test_crashed_trains_are_counted_not_survived() -> None:
     rows = table(COUNTS)
     crash(rows[0])
-    summary = summarise(rows, sweep_facts(rows))
+    summary = summarise(frame(rows), sweep_facts(rows))
     assert next(one for one in summary["endurance"] if one["controller"] == "supervisor")["n"] == 7
     assert summary["outcomes"]["crashed"] == 1
     assert sum(one["crashed"] for one in summary["rates"] if list(one["by"]) == ["controller"]) == 1
@@ -86,13 +89,13 @@ def test_crashed_trains_are_counted_not_survived() -> None:
 
 def test_summary_scores_every_push() -> None:
     rows = table(COUNTS)
-    summary = summarise(rows, sweep_facts(rows, train=TRAIN))
+    summary = summarise(frame(rows), sweep_facts(rows, train=TRAIN))
     survived = sum(map(sum, COUNTS.values()))
     assert summary["episodes"] == len(rows) == 16
     total = next(one for one in summary["rates"] if not one["by"])
     lost = sum(count < 10 for counts in COUNTS.values() for count in counts)
     assert (total["count"], total["n"], total["fell"]) == (survived, survived + lost, lost)
-    matrix = summary["truth"]["confusion"]["humanoid"]
+    matrix = summary["prediction_score"]["confusion"]["humanoid"]
     assert sum(matrix.values()) == survived + lost
     assert summary["robust"] == summary["holes"] == []
 
@@ -101,10 +104,13 @@ def test_is_printed_and_reported(tmp_path: Path, capsys: pytest.CaptureFixture[s
     rows = table(COUNTS)
     crash(rows[-1])
     folder = folder_of(tmp_path / "sweep", rows, train=TRAIN, tuned_on="others; these were held out")
-    print_summary(summarise(load_rows(folder), sweep_facts(rows, train=TRAIN)))
+    print_sections(
+        sections(summarise(frame(rows), sweep_facts(rows, train=TRAIN))), Console(width=80, force_terminal=False)
+    )
     printed = capsys.readouterr().out
-    assert "pushes survived before the fall" in printed
+    assert "Pushes survived before the fall" in printed
     assert "5.75 to 8.25" in printed
+    assert "not recovered: 1 (regulator (never steps))" in " ".join(printed.split())
     assert max(map(len, printed.splitlines())) <= 80
     write_report(folder, folder / REPORT, failures=0)
     page = (folder / REPORT).read_text(encoding="utf-8")
@@ -154,15 +160,16 @@ def test_trains_that_were_not_run_again_are_missed(tmp_path: Path) -> None:
 def test_baseline_is_read_as_it_was_written(tmp_path: Path) -> None:
     path = baseline_of(tmp_path / "then", table(COUNTS))
     rows = read_baseline(path).rows
-    assert sorted(row["pushes_survived"] for row in rows) == sorted(
-        count for counts in COUNTS.values() for count in counts
-    )
+    assert sorted(rows["pushes_survived"]) == sorted(count for counts in COUNTS.values() for count in counts)
     path.write_text(path.read_text().replace('"outcome"', '"outcom"', 1))
     with pytest.raises(InputError, match="lacks 'outcome'"):
         read_baseline(path)
 
 
 def test_pushes_are_rows_that_can_be_judged() -> None:
-    pushes = each_push(table({"supervisor": [4]}))
-    assert [push["outcome"] for push in pushes] == ["recovered"] * 4 + ["fell"]
-    assert [push["direction_deg"] for push in pushes] == [0.0, 36.0, 72.0, 108.0, 144.0]
+    trains = frame(table({"supervisor": [4]}))
+    pushes = each_push(trains)
+    assert pushes["outcome"].tolist() == ["recovered"] * 4 + ["fell"]
+    assert pushes["direction_deg"].tolist() == [0.0, 36.0, 72.0, 108.0, 144.0]
+    assert pushes["in_regulator_set_end"].tolist() == [True] * 5
+    assert pushes.dtypes.equals(trains.dtypes)

@@ -7,13 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 
 from sim.analysis.holes import HOLE_SHARE, holes
 from sim.analysis.motor_summary import motor_use
-from sim.analysis.summary import print_summary, summarise
+from sim.analysis.summary import summarise
 from sim.analysis.thresholds import thresholds
+from sim.presenter.render import print_sections
+from sim.presenter.sections import sections
 from sim.report.report import REPORT, write_report
-from tests.sim.analysis.sweep_tables import OMEGA, adaptive, edge, folder_of, row, sweep_facts
+from tests.sim.analysis.sweep_tables import OMEGA, adaptive, edge, folder_of, frame, row, sweep_facts
 
 LIMITS = {"supervisor": 1.5, "regulator": 0.8, "statue": 0.5}
 
@@ -40,11 +43,11 @@ def fell(rows: list[dict[str, Any]], delta_v: float, replica: int, controller: s
 
 
 def forward(rows: list[dict[str, Any]]) -> float:
-    return next(t.delta_v for t in thresholds(rows) if (t.controller, t.direction_deg) == ("supervisor", 0.0))
+    return next(t.delta_v for t in thresholds(frame(rows)) if (t.controller, t.direction_deg) == ("supervisor", 0.0))
 
 
 def test_no_holes_where_every_weaker_push_is_recovered() -> None:
-    assert holes(swept(), thresholds(swept())) == []
+    assert holes(frame(swept()), thresholds(frame(swept()))) == []
 
 
 def test_hole_is_a_lost_push_below_three_quarters_of_the_threshold() -> None:
@@ -55,7 +58,7 @@ def test_hole_is_a_lost_push_below_three_quarters_of_the_threshold() -> None:
         tried = swept()
         lost = fell(tried, delta_v, replica=2)
         assert forward(tried) == limit
-        told = holes(tried, thresholds(tried))
+        told = holes(frame(tried), thresholds(frame(tried)))
         assert [one["delta_v"] for one in told] == found
         for one in told:
             assert one["episode"] == lost["episode"]
@@ -68,14 +71,20 @@ def test_two_of_five_are_no_hole_but_a_lower_threshold() -> None:
     fell(rows, 0.2, replica=0)
     fell(rows, 0.2, replica=1)
     assert forward(rows) == pytest.approx(0.15)
-    assert holes(rows, thresholds(rows)) == []
+    assert holes(frame(rows), thresholds(frame(rows))) == []
+
+
+def test_crash_is_no_hole() -> None:
+    rows = swept()
+    fell(rows, 0.2, replica=0)["outcome"] = "crashed"
+    assert holes(frame(rows), thresholds(frame(rows))) == []
 
 
 def test_cases_have_holes_of_their_own() -> None:
     light = adaptive(law, mass_scale=0.9)
     rows = swept() + light
     fell(light, 0.2, replica=1)
-    (one,) = holes(rows, thresholds(rows))
+    (one,) = holes(frame(rows), thresholds(frame(rows)))
     assert one["case"] == {"mass_scale": 0.9}
 
 
@@ -83,19 +92,19 @@ def test_summary_and_report_count_them(tmp_path: Path, capsys: pytest.CaptureFix
     rows = swept()
     lost = fell(rows, 0.1, replica=3)
     fell(rows, 0.05, replica=0, controller="regulator")
-    summary = summarise(rows, sweep_facts(rows))
+    summary = summarise(frame(rows), sweep_facts(rows))
     assert summary["hole_counts"] == {"supervisor": 1, "regulator": 1, "statue": 0}
     assert [one["controller"] for one in summary["holes"]] == ["regulator", "supervisor"]
-    print_summary(summary)
+    print_sections(sections(summary), Console(width=80, force_terminal=False))
     printed = capsys.readouterr().out
     assert "holes" in printed
     assert max(map(len, printed.splitlines())) <= 80
     folder = folder_of(tmp_path / "sweep", rows)
     write_report(folder, folder / REPORT, failures=0)
     page = (folder / REPORT).read_text(encoding="utf-8")
-    assert "<h3>Holes</h3>" in page
-    assert f"<td>{lost['episode']}</td>" in page
-    assert "1 of the supervisor" in page
+    assert "Holes, all of them" in page
+    assert f">{lost['episode']}</td>" in page
+    assert "<b>1</b><span>holes of the supervisor" in page
 
 
 def test_worst_direction_is_that_of_the_least_threshold() -> None:
@@ -104,7 +113,7 @@ def test_worst_direction_is_that_of_the_least_threshold() -> None:
         return law(asked) and not (weak and asked["delta_v"] > 0.9 * OMEGA * edge(225.0))
 
     rows = adaptive(weaker)
-    summary = summarise(rows, sweep_facts(rows))
+    summary = summarise(frame(rows), sweep_facts(rows))
     assert summary["robust_worst_direction"]["supervisor"] == 225.0
     own = [one["over_omega_d"] for one in summary["robust"] if one["controller"] == "supervisor"]
     assert summary["robust_worst_over_omega_d"]["supervisor"] == min(own)
@@ -117,9 +126,9 @@ def test_motors_are_of_what_was_recovered() -> None:
     for one, use, time in zip(rows, (0.5, 0.9, 0.7, 1.0), (0.0, 0.02, 0.5, 9.0), strict=True):
         one |= {"peak_torque_use": use, "peak_torque": 5 * use, "peak_torque_joint": f"joint {use}"}
         one |= {"saturated_time": time, "saturated_joint": f"joint {time}" if time else None}
-    (found,) = motor_use(rows)
+    (found,) = motor_use(frame(rows))
     assert (found["controller"], found["n"]) == ("supervisor", 3)
     assert found["peak_torque_use"] == {"median": 0.7, "max": 0.9, "joint": "joint 0.9", "peak": 4.5}
     assert found["saturated_time"] == {"median": 0.02, "max": 0.5, "joint": "joint 0.5"}
     nothing = dict.fromkeys(name for name in rows[0] if name.startswith(("peak_", "saturated_")))
-    assert motor_use([row(lambda _: True, world="pendulum") | nothing]) == []
+    assert motor_use(frame([row(lambda _: True, world="pendulum") | nothing])) == []

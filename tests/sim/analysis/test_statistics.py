@@ -4,31 +4,36 @@ import json
 import math
 from typing import Any
 
+import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from sim.analysis.prediction_score import by_slack, predicted_safe, score, sector, signed_slack, truth
-from sim.analysis.statistics import Rate, grouped, paired_p, rate_of
-from sim.analysis.thresholds import thresholds
-from tests.sim.analysis.sweep_tables import OMEGA, STEP, adaptive, edge, row, threshold_law
+from sim.analysis import prediction_score as scoring
+from sim.analysis.frame import groups, plain
+from sim.analysis.prediction_score import Moment, Rule, prediction_score, sector
+from sim.analysis.statistics import paired_p, rate, rate_of
+from sim.analysis.thresholds import Threshold, least_of
+from sim.analysis.thresholds import thresholds as thresholds_of
+from tests.sim.analysis.sweep_tables import OMEGA, STEP, adaptive, edge, frame, row, threshold_law
 
 LIMITS = {"supervisor": 1.5, "regulator": 0.8, "statue": 0.5}
 
 
 @given(n=st.integers(1, 2000), share=st.floats(0, 1))
 def test_interval_is_wilsons(n: int, share: float) -> None:
-    rate = Rate(count=round(share * n), n=n)
+    found = rate(round(share * n), n)
     # scipy has the same interval; both solve a quadratic, to rounding.
-    expected = binomtest(rate.count, n).proportion_ci(0.95, method="wilson")
-    assert rate.interval == pytest.approx((expected.low, expected.high), abs=1e-9)
+    expected = binomtest(found["count"], n).proportion_ci(0.95, method="wilson")
+    assert found["interval"] == pytest.approx((expected.low, expected.high), abs=1e-9)
 
 
 def test_rate_of_nothing_is_unknown() -> None:
-    assert rate_of([]).as_dict() == {"n": 0, "count": 0, "rate": None, "interval": None}
+    assert rate_of([]) == {"n": 0, "count": 0, "rate": None, "interval": None}
     with pytest.raises(ValueError, match="3 of 2"):
-        Rate(count=3, n=2)
+        rate(3, 2)
 
 
 @given(lost=st.integers(0, 60), gained=st.integers(0, 60))
@@ -38,13 +43,35 @@ def test_paired_test_is_the_exact_sign_test(lost: int, gained: int) -> None:
 
 
 def test_groups_ignore_rounding_and_order() -> None:
-    rows = [{"a": 0.1 + 0.2, "b": 1}, {"a": 0.3, "b": 2}, {"a": math.nan, "b": 3}, {"b": 4}, {"a": 0.2, "b": 5}]
-    groups = grouped(rows, ["a"])
-    assert [(key, [one["b"] for one in members]) for key, members in groups.items()] == [
+    rows = pd.DataFrame({"a": [0.1 + 0.2, 0.3, math.nan, None, 0.2], "b": [1, 2, 3, 4, 5]})
+    assert [(key, members["b"].tolist()) for key, members in groups(rows, ["a"])] == [
         ((None,), [3, 4]),
         ((0.2,), [5]),
         ((0.3,), [1, 2]),
     ]
+    (everyone,) = groups(rows, [])
+    assert everyone[0] == ()
+    assert len(everyone[1]) == 5
+
+
+def test_values_of_cells_are_what_json_takes() -> None:
+    cells = (pd.NA, math.nan, np.int64(3), np.float64(0.5), "a", pd.Interval(0.1, 0.2))
+    assert json.dumps([plain(value) for value in cells]) == '[null, null, 3, 0.5, "a", [0.1, 0.2]]'
+
+
+def thresholds(rows: list[dict[str, Any]]) -> list[Threshold]:
+    return thresholds_of(frame(rows))
+
+
+@pytest.mark.parametrize(("replicas", "least"), [(1, 1), (2, 2), (3, 3), (4, 4), (5, 4), (6, 5), (10, 8), (20, 16)])
+def test_least_is_four_fifths_rounded_up(replicas: int, least: int) -> None:
+    assert least_of(replicas) == least
+    options = {"controllers": ["supervisor"], "directions": [0.0], "levels": 3, "replicas": replicas}
+    for failing in (replicas - least, replicas - least + 1):
+        rows = adaptive(
+            lambda asked, failing=failing: asked["delta_v"] < 0.12 or asked["replica"] >= failing, **options
+        )
+        assert thresholds(rows)[0].capped == (failing == replicas - least)
 
 
 def test_thresholds_are_those_of_the_law() -> None:
@@ -55,7 +82,7 @@ def test_thresholds_are_those_of_the_law() -> None:
         # The four strong replicas carry every level up to the law's limit, and no further.
         assert one.delta_v == pytest.approx(STEP * math.floor(limit / STEP + 1e-9))
         assert one.over_omega_d == pytest.approx(one.delta_v / (OMEGA * edge(one.direction_deg)))
-        assert one.no_step == pytest.approx(OMEGA * edge(one.direction_deg))
+        assert one.no_step_delta_v == pytest.approx(OMEGA * edge(one.direction_deg))
         assert one.ever == one.delta_v
         assert not one.capped
         assert one.step == STEP
@@ -129,21 +156,42 @@ def state(outcome: str, regulator: float | None, tracking: float | None, **chang
     return one | {"outcome": outcome} | changes
 
 
-def test_prediction_is_by_the_law_of_the_controller() -> None:
+def score(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    return scoring.score(frame(rows))
+
+
+def by_slack(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    return scoring.by_slack(frame(rows))
+
+
+def predicted_safe(one: dict[str, Any], moment: Moment = "end", rule: Rule = "law") -> bool | None:
+    found: bool | None = plain(scoring.predicted_safe(frame([one]), moment, rule).iloc[0])
+    return found
+
+
+def signed_slack(one: dict[str, Any]) -> float | None:
+    found: float | None = plain(scoring.signed_slack(frame([one])).iloc[0])
+    return found
+
+
+def test_prediction_is_by_the_sets_that_the_controller_has() -> None:
     assert predicted_safe(state("fell", -0.01, 0.02)) is True
     assert predicted_safe(state("fell", -0.01, 0.02), rule="regulator") is False
-    assert predicted_safe(state("fell", -0.01, 0.02, controller="regulator")) is False
-    assert predicted_safe(state("fell", 0.01, 0.02, controller="statue")) is None
+    # Null is no set, False is one that does not hold the state.
+    assert predicted_safe(state("fell", -0.01, None, controller="regulator")) is False
+    assert predicted_safe(state("fell", -0.01, None), rule="tracking") is None
+    assert predicted_safe(state("fell", None, 0.02, controller="a stranger")) is True
     assert predicted_safe(state("fell", None, None)) is None
-    assert predicted_safe(state("fell", -0.01, None)) is False
+    assert predicted_safe(state("crashed", 0.01, None)) is None
 
 
 def test_slack_is_the_best_of_the_sets_that_count() -> None:
     assert signed_slack(state("fell", -0.01, 0.02)) == 0.02
-    assert signed_slack(state("fell", -0.01, 0.02, controller="regulator")) == -0.01
+    assert signed_slack(state("fell", -0.01, None, controller="regulator")) == -0.01
+    assert signed_slack(state("fell", -0.01, 0.02) | {"in_tracking_set_end": None}) == -0.01
     assert signed_slack(state("fell", -0.01, -math.inf)) == -0.01
     assert signed_slack(state("fell", None, -math.inf)) is None
-    assert signed_slack(state("fell", 0.01, 0.02, controller="statue")) is None
+    assert signed_slack(state("fell", None, None, controller="statue")) is None
 
 
 def test_confusion_counts_each_kind_once() -> None:
@@ -165,7 +213,7 @@ def test_confusion_counts_each_kind_once() -> None:
 def test_worlds_and_moments_are_scored_apart() -> None:
     perfect = [state("recovered", 0.01, None, world="pendulum"), state("fell", -0.01, None, world="pendulum")]
     wrong = state("fell", 0.01, None) | {"in_regulator_set_decision": False}
-    result = truth([*perfect, wrong, state("recovered", None, None, controller="statue")])
+    result = prediction_score(frame([*perfect, wrong, state("recovered", None, None, controller="statue")]))
     assert result["false_safe"]["pendulum"]["rate"] == 0.0
     assert result["false_safe"]["humanoid"]["rate"] == 1.0
     by_moment = {
@@ -180,7 +228,7 @@ def test_worlds_and_moments_are_scored_apart() -> None:
 
 def test_regions_part_the_predicted_episodes() -> None:
     rows = [state("recovered", 0.01, 0.02), state("recovered", -0.01, 0.02), state("fell", -0.01, -0.02)]
-    regions = [one for one in truth(rows)["regions"] if one["moment"] == "end"]
+    regions = [one for one in prediction_score(frame(rows))["regions"] if one["moment"] == "end"]
     assert [(one["region"], one["recovered"]["n"], one["recovered"]["count"]) for one in regions] == [
         ("regulator", 1, 1),
         ("tracking", 1, 1),

@@ -12,10 +12,9 @@ import pytest
 from PIL import Image
 
 from models.errors import InputError
-from sim.analysis.summary import load_rows, summarise
-from sim.report.envelope import ENVELOPE, chosen_case, write_envelope
-from sim.report.envelope_chart import draw_envelope
-from tests.sim.analysis.sweep_tables import OMEGA, adaptive, edge, folder_of, sweep_facts
+from sim.analysis.summary import summarise, write_summary
+from sim.report.envelope import ENVELOPE, draw_envelope, write_envelope
+from tests.sim.analysis.sweep_tables import OMEGA, adaptive, edge, folder_of, frame, sweep_facts
 from tests.sim.report.test_report import call
 
 LIMITS = {"supervisor": 2.5, "regulator": 0.8, "statue": 0.9}
@@ -37,8 +36,8 @@ def test_table_holds_the_thresholds_of_the_summary(sweep: Path, capsys: pytest.C
     assert {len(line) for line in cells} == {13}
     assert cells[0] == ["Δv/(ωd)", *(f"{way}°" for way in range(0, 360, 45)), "mean", "worst", "mean Δv/√(gh)", "holes"]
     assert [line[0] for line in cells[2:]] == ["supervisor", "regulator (never steps)", "statue (holds still)"]
-    rows = load_rows(sweep)
-    summary = summarise(rows, sweep_facts(rows))
+    rows = adaptive(law)
+    summary = summarise(frame(rows), sweep_facts(rows))
     own = {one["direction_deg"]: one["over_omega_d"] for one in summary["robust"] if one["controller"] == "supervisor"}
     assert cells[2][1:9] == [f"{own[way]:.2f}" for way in range(0, 360, 45)]
     assert cells[2][9] == f"**{summary['robust_mean_over_omega_d']['supervisor']:.2f}**"
@@ -49,9 +48,9 @@ def test_table_holds_the_thresholds_of_the_summary(sweep: Path, capsys: pytest.C
 
 
 def test_picture_is_drawn_and_comes_out_alike(sweep: Path, tmp_path: Path) -> None:
-    shown = chosen_case(load_rows(sweep))
+    summary = write_summary(sweep)
     for name in ("a/one.png", "a/two.png", "a/one.svg", "a/two.svg"):
-        write_envelope(shown, tmp_path / name)
+        write_envelope(summary, {}, tmp_path / name)
     for kind in ("png", "svg"):
         assert (tmp_path / f"a/one.{kind}").read_bytes() == (tmp_path / f"a/two.{kind}").read_bytes()
     with Image.open(tmp_path / "a/one.png") as image:
@@ -61,14 +60,14 @@ def test_picture_is_drawn_and_comes_out_alike(sweep: Path, tmp_path: Path) -> No
 
 
 def test_limit_without_a_step_is_the_circle_at_one(sweep: Path) -> None:
-    shown = chosen_case(load_rows(sweep))
-    (axes,) = draw_envelope(shown.robust, shown.limits, normalised=True).axes
+    summary = write_summary(sweep)
+    (axes,) = draw_envelope(summary, {}, normalised=True, koolen=False).axes
     lines = {line.get_label(): line for line in axes.get_lines()}
     circle = np.asarray(lines["no step"].get_ydata(), dtype=float)
     np.testing.assert_array_equal(circle, 1.0)
     assert not any("Koolen" in str(label) for label in lines)
     drawn = [np.asarray(line.get_ydata(), dtype=float) for line in axes.get_lines()]
-    best = np.array([one.over_omega_d for one in shown.robust if one.controller == "supervisor"])
+    best = np.array([one["over_omega_d"] for one in summary["robust"] if one["controller"] == "supervisor"])
     assert any(len(values) == 9 and np.array_equal(values[:8], best) for values in drawn)
 
 
@@ -84,6 +83,15 @@ def test_one_of_several_cases_is_chosen(tmp_path: Path, capsys: pytest.CaptureFi
         call("envelope", folder)
     assert call("envelope", folder, "--case", "world pendulum") == 0
     assert "| supervisor | 1.00 |" in capsys.readouterr().out
+
+
+def test_what_the_suite_cut_short_is_a_bound(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = folder_of(tmp_path / "sweep", adaptive(law, levels=12, directions=[0.0, 90.0]))
+    assert call("envelope", folder) == 0
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("| supervisor"))
+    cells = [cell.strip() for cell in line.strip("|").split("|")]
+    # 0.6 m/s is 1.5 and 1.875 omega d, and the largest of the suite.
+    assert cells[1:-1] == ["≥ 1.50", "≥ 1.88", "**≥ 1.69**", "≥ 1.50", "≥ 0.245"]
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import imageio_ffmpeg
 import numpy as np
@@ -13,11 +14,12 @@ from models.errors import InputError
 from sim.analysis.thresholds import thresholds
 from sim.cli.app import app
 from sim.record.trace import Trace
-from sim.report.hardest import INDEX, answered, hardest_pushes
+from sim.report import hardest
+from sim.report.hardest import INDEX, Hardest, answered
 from sim.results.table import read_results
 from sim.sweep.sweep import run_sweep
 from sim.viz.film_strip import FRAMES
-from tests.sim.analysis.sweep_tables import STEP, adaptive, row, threshold_law
+from tests.sim.analysis.sweep_tables import STEP, adaptive, frame, row, sweep_facts, threshold_law
 from tests.sim.renderer import needs_renderer
 from tests.sim.sweep.sweep_suites import HERE, suite
 
@@ -44,11 +46,15 @@ def call(*arguments: object) -> None:
     app(args=[str(part) for part in arguments], prog_name="okiagari", standalone_mode=False)
 
 
+def hardest_pushes(rows: list[dict[str, Any]], controller: str | None = None) -> list[Hardest]:
+    return hardest.hardest_pushes(frame(rows), sweep_facts(rows), controller)
+
+
 def test_the_first_replica_recovered_at_the_threshold_is_taken() -> None:
     law = threshold_law(LIMITS)
     rows = adaptive(lambda asked: law(asked) and (asked["replica"], asked["direction_deg"]) != (0, 90.0))
     found = hardest_pushes(rows)
-    robust = {one.direction_deg: one for one in thresholds(rows) if one.controller == "supervisor"}
+    robust = {one.direction_deg: one for one in thresholds(frame(rows)) if one.controller == "supervisor"}
     assert [push.name for push in found] == [f"hardest_{way:03d}" for way in range(0, 360, 45)]
     for push in found:
         way = push.row["direction_deg"]

@@ -57,7 +57,7 @@ def test_first_push_and_what_was_held_out_are_told(tmp_path: Path, capsys: pytes
     text = (folder / REPORT).read_text(encoding="utf-8")
     for words in (
         "The controllers were tuned on seeds of their own.",
-        "A first push precedes.",
+        "A first push precedes",
         "0.25 s after a first one, of 1.2 ωd of its own direction and 0.1 s long",
         "to 0°, 37°, 74°, 111°, 148° (one a replica)",
         "How hard it can be pushed a second time",

@@ -10,9 +10,10 @@ import pytest
 
 from models.robot import load_robot
 from scenarios.catalogue import load
+from sim.analysis.frame import each_push, load_rows, records, score
 from sim.episode.episode import run_episode
 from sim.results.table import read_results
-from sim.results.train import each_push, score, train_columns
+from sim.results.train import train_columns
 from sim.sweep.replay import replay
 from sim.sweep.sweep import run_sweep
 from sim.sweep.worker import happened
@@ -54,7 +55,11 @@ def test_survived_are_those_that_it_stood_through_until_the_next(trains: Path) -
         assert row["train"] == 9
         assert row["push_start"] == 0.2
         assert [row[name] for name in ("direction_deg", "delta_v", "impulse", "d_edge", "mid_step")] == [None] * 5
-        assert score(row) == row["pushes_survived"]
+
+
+def test_train_is_scored_by_its_pushes_and_else_by_its_end(trains: Path, seconds: Path) -> None:
+    assert score(load_rows(trains)).tolist() == [row["pushes_survived"] for row in rows(trains)]
+    assert score(load_rows(seconds)).tolist() == [int(row["outcome"] == "recovered") for row in rows(seconds)]
 
 
 def test_survived_impulse_is_that_of_the_survived_pushes(trains: Path) -> None:
@@ -69,7 +74,7 @@ def test_survived_impulse_is_that_of_the_survived_pushes(trains: Path) -> None:
 
 def test_each_push_is_a_row_of_its_own(trains: Path) -> None:
     found = rows(trains)
-    pushes = each_push(found)
+    pushes = records(each_push(load_rows(trains, all_columns=True)))
     assert len(pushes) == sum(row["pushes_survived"] + 1 for row in found)
     for row in found:
         own = [push for push in pushes if push["episode"] == row["episode"]]
@@ -87,9 +92,8 @@ def test_each_push_is_a_row_of_its_own(trains: Path) -> None:
 
 
 def test_other_rows_are_left_as_they_are(seconds: Path) -> None:
-    found = rows(seconds)
-    assert each_push(found) == found
-    assert {score(row) for row in found} == {int(row["outcome"] == "recovered") for row in found}
+    found = load_rows(seconds)
+    assert each_push(found).equals(found)
 
 
 def weak_train(**fields: Any) -> Any:

@@ -1,0 +1,100 @@
+"""Words the score of the prediction."""
+
+from __future__ import annotations
+
+import math
+
+from sim.presenter.formatting import degrees, fraction, percent
+from sim.presenter.tables import Section, Table
+from sim.presenter.who import Entry, Summary, label
+
+_RATES = {
+    "false_safe": "false safe, of predicted safe",
+    "false_safe_of_lost": "false safe, of lost",
+    "false_alarm": "false alarm, of predicted unsafe",
+    "false_alarm_of_recovered": "false alarm, of recovered",
+}
+_MOMENTS = {"end": "end of the push", "decision": "decision"}
+_SETS = {"law": "all its sets", "regulator": "regulator's set", "tracking": "tracking sets"}
+_REGIONS = {"regulator": "the regulator's set", "tracking": "a tracking set only", "outside": "none of its sets"}
+
+
+def prediction_section(summary: Summary) -> Section | None:
+    """Whether what the sets said of a push came true; None if no set was asked."""
+    found = summary["prediction_score"]
+    if not found["confusion"]:
+        return None
+    rates = (
+        {"world": world, "rate": words, "[95 %]": percent(found[name][world]), "counted": fraction(found[name][world])}
+        for world in found["confusion"]
+        for name, words in _RATES.items()
+    )
+    regions = (
+        {**_what(summary, one), "state in": _REGIONS[one["region"]], **_rate("", one["recovered"])}
+        for one in found["regions"]
+    )
+    # By direction only what the controller went by.
+    scores = (
+        {
+            **_what(summary, one),
+            "by": _SETS[one["set"]] if one["direction_deg"] is None else degrees(one["direction_deg"]),
+            **_rate("false safe", one["false_safe"]),
+            **_rate("false alarm", one["false_alarm"]),
+        }
+        for one in found["scores"]
+        if one["direction_deg"] is None or (one["set"] == "law" and one["moment"] == "end")
+    )
+    return Section(
+        key="prediction",
+        heading="Prediction score: did the sets predict the outcome?",
+        text=(
+            "At the end of a push the state is predicted safe if it lies in a maximal output admissible set of its "
+            "controller: in the regulator's set, or in a tracking set if it steps. A humanoid's tracking sets are "
+            "asked for slower feet and grown by a margin, both fitted to pushes that no suite uses; the "
+            "pendulum's are asked as they are. Then the body does what it does."
+        ),
+        tables=(
+            Table(title="Prediction at the end of the push, and what came of it", rows=tuple(_confusion(found))),
+            Table(title="Rates of the prediction, with 95 % intervals", rows=tuple(rates)),
+            Table(title="Recovery by where the state was", rows=tuple(regions), shown="page"),
+            Table(title="Prediction by set and direction", rows=tuple(scores), shown="page"),
+        ),
+        notes=tuple(
+            _slack_words(world, section["logistic"]) for world, section in found["slack"].items() if section["logistic"]
+        ),
+    )
+
+
+def _confusion(found: Entry) -> list[dict[str | tuple[str, str], str]]:
+    return [
+        {
+            "world": world,
+            ("predicted safe", "recovered"): str(matrix["safe_recovered"]),
+            ("predicted safe", "lost"): str(matrix["safe_lost"]),
+            ("predicted unsafe", "recovered"): str(matrix["unsafe_recovered"]),
+            ("predicted unsafe", "lost"): str(matrix["unsafe_lost"]),
+            "not predicted": str(matrix["not_predicted"]),
+        }
+        for world, matrix in found["confusion"].items()
+    ]
+
+
+def _what(summary: Summary, one: Entry) -> dict[str, str]:
+    return {"controller": label(summary, one["controller"]), "world": one["world"], "at": _MOMENTS[one["moment"]]}
+
+
+def _rate(name: str, rate: Entry) -> dict[tuple[str, str], str]:
+    return {(name, "[95 %]"): percent(rate), (name, "counted"): fraction(rate)}
+
+
+def _slack_words(world: str, fit: Entry) -> str:
+    """What more slack was worth in a world."""
+    if fit["separated"]:
+        least, worst = (f"{1000 * fit[name]:.1f} mm" for name in ("least_recovered", "worst_lost"))
+        return f"Slack, {world}: what had at least {least} was recovered, what had {worst} or less was lost."
+    odds, low, high = (f"{math.exp(value):.2g}" for value in (fit["slope_per_cm"], *fit["slope_interval"]))
+    even = "" if fit["even_slack"] is None else f"; even odds at {1000 * fit['even_slack']:+.1f} mm"
+    return (
+        f"Slack, {world}: a centimetre more multiplies the odds of recovery by {odds} (95 % interval {low} to "
+        f"{high}){even}."
+    )

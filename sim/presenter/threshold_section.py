@@ -1,0 +1,150 @@
+"""Words the thresholds of a summary: by direction, by case, and condensed to an envelope."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from sim.presenter.formatting import MISSING, case_words, condensed, degrees, fixed, replica_words
+from sim.presenter.tables import Section, Table
+from sim.presenter.who import Entry, Summary, by_controller, crash_words, first_words, label, who
+
+FEW = 4
+"""Cases that are shown one by one; more are condensed to their means."""
+_HOLES = 40  # shown at most
+_SCALES = {"delta_v": ("Δv", 2), "ever": ("ever", 2), "over_omega_d": ("/(ωd)", 2), "over_sqrt_gh": ("/√(gh)", 3)}
+
+
+def cases(summary: Summary) -> list[Entry]:
+    """The cases that the thresholds are of, each once."""
+    found: list[Entry] = []
+    for entry in summary["robust"]:
+        if entry.get("case", {}) not in found:
+            found.append(entry.get("case", {}))
+    return found
+
+
+def _of_case(entries: Sequence[Entry], case: Entry) -> list[Entry]:
+    return [entry for entry in entries if entry.get("case", {}) == case]
+
+
+def threshold_section(summary: Summary) -> Section | None:
+    """How hard the robot can be pushed: thresholds by direction, condensed over them, and the holes."""
+    if not summary["robust"]:
+        return None
+    found, replicas = cases(summary), replica_words(summary["replicas"])
+    tables = [_case_table(summary, found)] if len(found) > 1 else []
+    tables += [_threshold_table(summary, case, folded=len(found) > FEW) for case in found]
+    return Section(
+        key="thresholds",
+        heading=f"How hard it can be pushed{' a second time' if summary['first'] else ''}",
+        text=(
+            f"The robust threshold of a direction is the largest Δv such that every push up to it is recovered in "
+            f"{replicas}; the largest push ever recovered may be an isolated pocket. Koolen's limits are those of a "
+            "pendulum whose weightless feet step at once, as far and as fast as the scenario allows, straight into the "
+            "push."
+        ),
+        tables=(*tables, _condensed_table(summary), *([_hole_table(summary)] if summary["holes"] else [])),
+        notes=(
+            f"Δv [m/s]: every push up to it is recovered in {replicas}; ever: the largest ever recovered; ≥: the suite "
+            "has no larger push; Δv/(ωd) = 1 is the limit without a step.",
+            *crash_words(summary),
+        ),
+    )
+
+
+def _threshold_table(summary: Summary, case: Entry, *, folded: bool) -> Table:
+    entries = by_controller(summary, _of_case(summary["robust"], case))
+    robot = case.get("robot", summary["robots"][0])
+    limits = {limit["direction_deg"]: limit for limit in summary["limits"] if limit["robot"] == robot}
+    rows: list[dict[Any, str]] = []
+    for way in sorted({entry["direction_deg"] for own in entries.values() for entry in own}):
+        row: dict[Any, str] = {"to": degrees(way)}
+        if limit := limits.get(way):
+            row["limits", "ωd"] = fixed(limit["no_step_delta_v"])
+            if steps := limit["n_step_over_omega_d"]:
+                row["limits", f"{len(steps)} steps/(ωd)"] = fixed(steps[-1])
+        for name, own in entries.items():
+            one = next((entry for entry in own if entry["direction_deg"] == way), None)
+            for scale, (words, digits) in _SCALES.items():
+                row[label(summary, name), words] = (
+                    one and fixed(one[scale], digits, capped=one["capped"] and scale != "ever")
+                ) or ""
+        rows.append(row)
+    for i, how in enumerate(("mean", "worst")):
+        row = {"to": how}
+        for name, own in entries.items():
+            for scale, (words, digits) in _SCALES.items():
+                row[label(summary, name), words] = "" if scale == "ever" else condensed(own, scale, digits)[i]
+        rows.append(row)
+    return Table(
+        title="Robust recoverable push" + (f", {case_words(case)}" if case else ""),
+        rows=tuple(rows),
+        totals=2,
+        shown="folded" if folded else "everywhere",
+    )
+
+
+def _case_table(summary: Summary, found: Sequence[Entry]) -> Table:
+    entries = by_controller(summary, summary["robust"])
+    rows = []
+    for case in found:
+        row: dict[Any, str] = {"case": case_words(case)}
+        for name, every in entries.items():
+            own = _of_case(every, case)
+            row |= _grouped(label(summary, name), condensed(own, "over_omega_d") if own else ("", ""))
+        rows.append(row)
+    return Table(title="Robust Δv/(ωd) over the directions", rows=tuple(rows))
+
+
+def _condensed_table(summary: Summary) -> Table:
+    """Over all directions and cases; of a suite with variants, those of the first."""
+    first = (summary["ablation"] or {}).get("reference")
+    robust = [one for one in summary["robust"] if one.get("case", {}).get("variant", first) == first]
+    rows = []
+    for name, own in by_controller(summary, robust).items():
+        at = summary["robust_worst_direction"].get(name)
+        sizes = (*condensed(own, "over_omega_d"), MISSING if at is None else degrees(at))
+        froude, holes = condensed(own, "over_sqrt_gh", 3), summary["hole_counts"][name]
+        row = {"controller": label(summary, name), **_grouped("Δv/(ωd)", sizes), **_grouped("Δv/√(gh)", froude)}
+        rows.append(row | {"holes": str(holes)})
+    return Table(title="Over the directions; holes: lost below 75 % of the direction's threshold", rows=tuple(rows))
+
+
+def _grouped(group: str, cells: Sequence[str]) -> dict[Any, str]:
+    return {(group, heading): cell for heading, cell in zip(("mean", "worst", "at"), cells, strict=False)}
+
+
+def envelope_table(summary: Summary, case: Entry) -> Table:
+    """The thresholds of one case in units of omega d, a column a direction, with means, worst direction and holes."""
+    entries = _of_case(summary["robust"], case)
+    ways = sorted({entry["direction_deg"] for entry in entries})
+    rows = []
+    for name, own in by_controller(summary, entries).items():
+        at = {entry["direction_deg"]: fixed(entry["over_omega_d"], capped=entry["capped"]) for entry in own}
+        row = {"Δv/(ωd)": label(summary, name)} | {degrees(way): at.get(way, "") for way in ways}
+        row |= dict(zip(("mean", "worst"), condensed(own, "over_omega_d"), strict=True))
+        row |= {"mean Δv/√(gh)": condensed(own, "over_sqrt_gh", 3)[0]}
+        holes = sum(hole["controller"] == name for hole in _of_case(summary["holes"], case))
+        rows.append(row | {"holes": str(holes)})
+    notes = () if summary["first"] is None else (first_words(summary),)
+    return Table(title="Robust recoverable push", rows=tuple(rows), strong="mean", notes=notes)
+
+
+def _hole_table(summary: Summary) -> Table:
+    holes = summary["holes"]
+    which = f"the first {_HOLES} of {len(holes)}" if len(holes) > _HOLES else "all of them"
+    rows = (
+        {
+            "controller": who(summary, one),
+            "to": degrees(one["direction_deg"]),
+            "Δv": fixed(one["delta_v"]),
+            "of the threshold": f"{100 * one['of_threshold']:.0f} %",
+            "replica": str(one["replica"]),
+            "how it ended": str(one["reason"]),
+            "episode": one["episode"],
+        }
+        for one in holes[:_HOLES]
+    )
+    title = f"Holes, {which}: pushes below 75 % of their direction's robust threshold that were lost"
+    return Table(title=title, rows=tuple(rows), shown="page")
