@@ -1,6 +1,6 @@
 """`python -m tests.benchmarks [NAME ...]`: the tables of `make bench`, all of `NAMES` if none is named.
 
-Those of `LONG` take many minutes, and are made only when they are named.
+Those of `LONG` are made only when they are named: they take many minutes, or keep a record.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import os
 import sys
 
 NAMES = ("sets", "loop", "zmp_tracking", "sweep")
-LONG = ("recoverability",)
+LONG = ("recoverability", "bits")
 
 if __name__ == "__main__":
     # Before numpy loads: thread pools cost more than they give at this size, and blur the times.
