@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
-from scenarios.fields import NotNegative, Positive, Strict, Vector, conflict, snap
+from controllers.fields import NotNegative, Positive, Strict, Vector, conflict, snap
 
 COG = "cog"
 """As the body of a push: all bodies, each by its share of the mass."""

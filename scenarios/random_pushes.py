@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from scenarios.fields import NotNegative, Positive, Strict
+from controllers.fields import NotNegative, Positive, Strict
 
 
 def _ordered(span: tuple[float, float]) -> tuple[float, float]:

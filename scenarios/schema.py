@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
 
-from scenarios.fields import WHOLE, NotNegative, Positive, Strict, conflict, snap
+from controllers.fields import WHOLE, NotNegative, Positive, Strict, conflict, snap
 from scenarios.push import Push
 
 World = Literal["humanoid", "pendulum"]

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from scenarios.error_messages import Tables
-from scenarios.fields import NotNegative, Positive, Strict, conflict, snap
+from controllers.fields import NotNegative, Positive, Strict, conflict, snap
 from scenarios.random_pushes import First, Random, Train
 from scenarios.schema import Controller, WholeBody, World
 from scenarios.variants import Variants
