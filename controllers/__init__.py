@@ -1,1 +1,36 @@
-"""The controller: pendulum, maximal output admissible sets, regulator, tracker, supervisor, whole-body layer."""
+"""The brain: the paper's sets, the supervisor and its baselines, whole-body layers. It knows no MuJoCo.
+
+What a controller of your own needs is here by name; see README, "Your controller".
+"""
+
+from controllers.fields import Strict
+from controllers.interface import (
+    BalanceCommand,
+    BalanceController,
+    Decision,
+    FootReference,
+    FootState,
+    JointTargets,
+    Observation,
+    Phase,
+    Prediction,
+    Region,
+    Setting,
+    WholeBodyLayer,
+)
+
+__all__ = [
+    "BalanceCommand",
+    "BalanceController",
+    "Decision",
+    "FootReference",
+    "FootState",
+    "JointTargets",
+    "Observation",
+    "Phase",
+    "Prediction",
+    "Region",
+    "Setting",
+    "Strict",
+    "WholeBodyLayer",
+]

@@ -1,4 +1,4 @@
-"""Kinds of fields that the scenario's parts are made of."""
+"""Kinds of fields that tables of scenarios and options of controllers are made of, and their errors."""
 
 from __future__ import annotations
 
@@ -26,6 +26,16 @@ def snap(steps: float) -> float:
     """A number of steps, made whole when it is whole but for rounding."""
     nearest = round(steps)
     return nearest if abs(steps - nearest) <= WHOLE * max(1.0, abs(steps)) else steps
+
+
+def refusal(why: str) -> PydanticCustomError:
+    """The error of a field whose value is refused; `why` names the value and what is allowed."""
+    return PydanticCustomError("refusal", "{why}", {"why": why})
+
+
+def within(line: str) -> PydanticCustomError:
+    """The error of a field in a table; `line` begins with the field's name within that table."""
+    return PydanticCustomError("conflict", "{line}", {"line": line})
 
 
 def conflict(field: str, why: str) -> PydanticCustomError:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from controllers.pendulum import Pendulum
 from models.errors import OkiagariError
@@ -137,6 +136,8 @@ def lqr(pendulum: Pendulum, q: tuple[float, float], r: float) -> Gain:
         raise GainError(f"LQR q must be two finite weights, (position, velocity), not negative; got {q!r}")
     if not (math.isfinite(r) and r > 0.0):
         raise GainError(f"LQR r must be a positive finite weight, got {r!r}")
+    from scipy.linalg import solve_discrete_are  # long to import, and reading a scenario does without
+
     a, b = pendulum.A[:2, :2], pendulum.B[:2, :1]
     try:
         cost = solve_discrete_are(a, b, np.diag(weights), np.array([[float(r)]]))

@@ -1,6 +1,6 @@
 """What flows between the stages: one small frozen value an arrow.
 
-    world -> Observation -> supervisor -> Decision, BalanceCommand -> whole body -> JointTargets -> world
+    world -> Observation -> balance controller -> BalanceCommand -> whole-body layer -> JointTargets -> world
 
 Lengths in metres, world frame (x forward, y left, z up), SI units throughout.
 """
@@ -10,11 +10,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from models.robot import Side
+from controllers.geometry.polytope import Polytope
+from models.robot import Robot, Side
 
 Array = NDArray[np.float64]
 
@@ -92,6 +94,13 @@ class FootReference:
         return cls(stance=True, position=foot.position, velocity=_STILL, acceleration=_STILL, yaw=yaw)
 
 
+class Phase(Enum):
+    """Whether a controller stands on both feet or has a step under way; the value is the code in the trace."""
+
+    STANDING = 0
+    STEPPING = 1
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BalanceCommand:
     """What the balance controllers ask of the body.
@@ -99,10 +108,19 @@ class BalanceCommand:
     Attributes:
         zmp: (2,) ZMP command u, (5) [m].
         feet: reference of either foot.
+        stepping: whether a step is under way, so that the robot is not at rest yet; None means while a foot is lifted.
     """
 
     zmp: Array
     feet: dict[Side, FootReference]
+    stepping: bool | None = None
+
+    @property
+    def phase(self) -> Phase:
+        """Standing or stepping."""
+        if self.stepping is None:
+            return Phase.STANDING if all(foot.stance for foot in self.feet.values()) else Phase.STEPPING
+        return Phase.STEPPING if self.stepping else Phase.STANDING
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,13 +134,6 @@ class JointTargets:
     velocity: Array
     torque: Array
     solver_failed: bool = False
-
-
-class Phase(Enum):
-    """Whether a controller stands on both feet or has a step under way; the value is the code in the trace."""
-
-    STANDING = 0
-    STEPPING = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,3 +182,93 @@ class Decision:
         object.__setattr__(self, "in_regulator_set", self.regulator_slack >= 0.0)
         object.__setattr__(self, "in_tracking_set", self.tracking_slack >= 0.0)
         object.__setattr__(self, "outside_all", self.regulator_slack < 0.0 and not self.in_tracking_set)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prediction:
+    """What a controller's sets say of the state of the last tick: whether it stays on its feet.
+
+    Attributes:
+        standing: signed slack in the set of standing [m]; NaN if it cannot be asked now, None if there is no such set.
+        stepping: the same for the set of the steps to come.
+    """
+
+    standing: float | None
+    stepping: float | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Region:
+    """A set of states that a controller decides by, for drawing.
+
+    Attributes:
+        name: "regulator" for standing, "tracking" for steps.
+        states: of x = [x_G, xd_G, y_G, yd_G], (4,) in the world [m, m/s].
+        centre: (2,) what the robot stands about [m].
+    """
+
+    name: Literal["regulator", "tracking"]
+    centre: Array
+    states: Polytope
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """What a balance controller is built for.
+
+    Attributes:
+        robot: whom it balances.
+        dt: control period [s].
+        layer: class of the whole-body layer that carries its commands out; None for the pendulum, which needs none.
+    """
+
+    robot: Robot
+    dt: float
+    layer: Any = None
+
+
+class BalanceController(Protocol):
+    """A balance controller: `Class(setting, options)`. Your own needs no more than `command`.
+
+    These it may have beside it: a class `Options` (a `controllers.fields.Strict`), `reset()`, which forgets the last
+    episode, `decisions`, a list of `Decision`, and what `Predictor` and `Regional` ask for; as attributes of the class
+    a `label`, a `colour` and a `marker` for tables and figures, and `layer`, the name of the whole-body layer that it
+    needs instead of the scenario's.
+    """
+
+    def command(self, observation: Observation) -> BalanceCommand:
+        """One control tick: what the body shall do, given what is seen."""
+
+
+@runtime_checkable
+class Predictor(Protocol):
+    """A controller that lives by sets, whose word is recorded and scored."""
+
+    @property
+    def slacks(self) -> tuple[float, float]:
+        """Signed slack of the last tick's state in the sets of standing and of the steps under way; NaN for none."""
+
+    def predict(self) -> Prediction:
+        """What the sets foretell in the last tick's state, with the steps that could be begun."""
+
+
+@runtime_checkable
+class Regional(Protocol):
+    """A controller whose sets can be drawn."""
+
+    def regions(self, x: Array) -> tuple[Region, ...]:
+        """The sets that matter in a state x (4,)."""
+
+
+class WholeBodyLayer(Protocol):
+    """Turns what the balance controller wants into what the servos get: `Class(robot, dt, options)`.
+
+    With `follows_acceleration = True` its class says that it gives a swing foot the acceleration that is asked for,
+    so that the foot may be steered by feedback; else the foot is sent from place to place.
+    """
+
+    def reset(self) -> None:
+        """Forget the last episode."""
+
+    def targets(self, observation: Observation, command: BalanceCommand) -> JointTargets:
+        """Joint targets that realise a ZMP command and foot references from the measured state."""

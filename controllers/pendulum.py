@@ -8,7 +8,6 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import lfilter
 
 from models.errors import OkiagariError
 
@@ -96,6 +95,8 @@ class Pendulum:
         xi[0] = x0
         if len(mu) == 0:
             return xi
+        from scipy.signal import lfilter  # half a second of importing, which reading a scenario does without
+
         modes = []
         for sign in (1.0, -1.0):
             start = x0[0::2] + sign * x0[1::2] / self.omega

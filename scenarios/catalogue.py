@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from controllers.gains import GainError
+from controllers.pendulum import Pendulum
 from models.errors import InputError
 from scenarios.error_messages import first_error, near
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
@@ -40,7 +42,7 @@ def load(name: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenar
 
     Args:
         name: a shipped scenario's name, or a path to a `.toml` file.
-        overrides: top-level fields that replace the file's.
+        overrides: top-level fields that replace the file's; files in them must be named by absolute paths.
 
     Raises:
         InputError: if it cannot be read or says something that is not allowed; one line that names file, field,
@@ -51,9 +53,9 @@ def load(name: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenar
     if isinstance(fields.get("robot"), str):
         fields["robot"] = robot_beside(path, fields["robot"])
     try:
-        return Scenario.model_validate(fields | dict(overrides or {}))
+        return Scenario.model_validate(fields | dict(overrides or {}), context={"folder": path.parent})
     except ValidationError as error:
-        raise InputError(f"{path}: {first_error(error)}") from None
+        raise InputError(f"{path}: {first_error(error, Scenario)}") from None
 
 
 def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario") -> None:
@@ -65,9 +67,13 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
         source: what to call the scenario in the message; its file.
 
     Raises:
-        InputError: if a push acts on a body that does not exist, a step is longer than the legs, a margin leaves
-            nothing of the sole, or the pendulum is pushed up or down.
+        InputError: if the gain cannot be used, a push acts on a body that does not exist, a step is longer than the
+            legs, a margin leaves nothing of the sole, or the pendulum is pushed up or down.
     """
+    try:
+        scenario.gain.of(Pendulum(robot.omega, scenario.timing.control))
+    except GainError as error:
+        raise InputError(f"{source}: gain: {error}") from None
     for i, push in enumerate(scenario.pushes):
         bodies = (*robot.body_names, COG)
         if push.body not in bodies:

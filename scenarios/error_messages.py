@@ -1,30 +1,13 @@
-"""One line that says what is wrong with a scenario: field, value and what is allowed."""
+"""One line that says what is wrong with a file: field, value and what is allowed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from scenarios.push import Push
-from scenarios.schema import DcmGain, Disturbance, LqrGain, PolesGain, Scenario, Stepping, Timing, Variation
-
-Tables = Mapping[tuple[str, ...], type[BaseModel]]
-"""Place in a file -> the table that is expected there."""
-
-_TABLES: Tables = {
-    (): Scenario,
-    ("timing",): Timing,
-    ("stepping",): Stepping,
-    ("variation",): Variation,
-    ("disturbance",): Disturbance,
-    ("pushes",): Push,
-    ("gain", "dcm"): DcmGain,
-    ("gain", "lqr"): LqrGain,
-    ("gain", "poles"): PolesGain,
-}
 _LIMITS = {"greater_than": ("gt", ">"), "greater_than_equal": ("ge", ">="), "less_than_equal": ("le", "<=")}
 _KINDS = {
     "float_type": "a number",
@@ -40,18 +23,18 @@ _KINDS = {
 }
 
 
-def first_error(error: ValidationError, tables: Tables = _TABLES) -> str:
+def first_error(error: ValidationError, model: type[BaseModel]) -> str:
     """The first thing that pydantic found wrong, in one line.
 
     Args:
         error: of pydantic.
-        tables: what the file may hold, to name the fields that are allowed; those of a scenario by default.
+        model: what was expected, to name the fields that are allowed.
     """
     found = error.errors(include_url=False)
     rest = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
     # A misspelt field is often missing too; the misspelling is the better hint.
     first = min(found, key=lambda each: each["type"] != "extra_forbidden")
-    return _line(dict(first), tables) + rest
+    return _line(dict(first), model) + rest
 
 
 def near(name: str, names: Iterable[str]) -> str:
@@ -60,17 +43,19 @@ def near(name: str, names: Iterable[str]) -> str:
     return f"; did you mean {match[0]!r}?" if match else ""
 
 
-def _line(found: dict[str, Any], tables: Tables) -> str:
+def _line(found: dict[str, Any], model: type[BaseModel]) -> str:
     kind, loc, value = found["type"], tuple(found["loc"]), found["input"]
     context = found.get("ctx", {})
     if kind == "conflict":
         return ".".join(filter(None, [_path(loc), found["msg"]]))
+    if kind == "refusal":
+        return f"{_path(loc)}: {found['msg']}"
     if kind == "missing":
         if isinstance(loc[-1], int):
             return f"{_path(loc[:-1])}: {_short(value)} is too short; it needs at least {loc[-1] + 1} entries"
         return f"{_path(loc)}: is missing; it must be given"
     if kind == "extra_forbidden":
-        names = _fields(loc[:-1], tables)
+        names = _fields(loc[:-1], model)
         return f"{_path(loc)}: unknown field{near(str(loc[-1]), names)}; allowed: {', '.join(names)}"
     if kind == "union_tag_invalid":
         tags = context["expected_tags"]
@@ -101,9 +86,32 @@ def _path(loc: tuple[str | int, ...]) -> str:
     return text
 
 
-def _fields(table: tuple[str | int, ...], tables: Tables) -> list[str]:
-    names = tuple(part for part in table if isinstance(part, str))
-    return list(tables[names].model_fields)
+def _fields(table: tuple[str | int, ...], model: type[BaseModel]) -> list[str]:
+    """Names of the fields of a table, which is found by walking the models."""
+    models = [model]
+    for part in table:
+        if isinstance(part, int):
+            continue
+        # Of several models for one field, pydantic names the one that was meant by its kind.
+        tagged = [each for each in models if _is_kind(each, part)]
+        models = tagged or [
+            inner
+            for each in models
+            if part in each.model_fields
+            for inner in _models_in(each.model_fields[part].annotation)
+        ]
+    return list(models[0].model_fields)
+
+
+def _is_kind(model: type[BaseModel], part: str) -> bool:
+    return "kind" in model.model_fields and part in get_args(model.model_fields["kind"].annotation)
+
+
+def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for inner in get_args(annotation):
+        yield from _models_in(inner)
 
 
 def _words(expected: str) -> list[str]:

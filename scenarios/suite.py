@@ -8,10 +8,11 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from scenarios.error_messages import Tables
 from controllers.fields import NotNegative, Positive, Strict, conflict, snap
+from controllers.registry import short
+from scenarios.choice import ControllerName, LayerName
 from scenarios.random_pushes import First, Random, Train
-from scenarios.schema import Controller, WholeBody, World
+from scenarios.schema import World
 from scenarios.variants import Variants
 
 MANY = 1_000_000
@@ -45,8 +46,16 @@ def _distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
     return values
 
 
+def _told_apart(names: tuple[str, ...]) -> tuple[str, ...]:
+    twice = [name for name, count in Counter(map(short, names)).items() if count > 1]
+    if twice:
+        raise ValueError(f"holds two that are called {twice[0]!r}; rename a file or a class")
+    return names
+
+
 _AXIS = (Field(strict=False, min_length=1), AfterValidator(_distinct))
 _GRID = (BeforeValidator(_levels), *_AXIS)
+_NAMES = (*_AXIS, AfterValidator(_told_apart))
 Words = Annotated[tuple[Annotated[str, Field(min_length=1)], ...], *_AXIS]
 Numbers = Annotated[tuple[float, ...], *_GRID]
 Positives = Annotated[tuple[Positive, ...], *_GRID]
@@ -65,8 +74,8 @@ class Axes(Strict):
 
     robot: Words | None = None
     world: Annotated[tuple[World, ...], *_AXIS] | None = None
-    controller: Annotated[tuple[Controller, ...], *_AXIS] | None = None
-    whole_body: Annotated[tuple[WholeBody, ...], *_AXIS] | None = None
+    controller: Annotated[tuple[ControllerName, ...], *_NAMES] | None = None
+    whole_body: Annotated[tuple[LayerName, ...], *_NAMES] | None = None
     body: Words | None = None
     direction: Numbers | None = None
     delta_v: Positives | None = None
@@ -185,15 +194,3 @@ class Suite(Strict):
         """How many episodes there are, before any series ends early."""
         crossed = math.prod(len(values) for values in self.axes.given().values()) * len(self.variants or (None,))
         return crossed * self.replicas * (1 if self.random is None else self.random.count)
-
-
-SUITE_TABLES: Tables = {
-    (): Suite,
-    ("axes",): Axes,
-    ("random",): Random,
-    ("train",): Train,
-    ("first",): First,
-    ("replica",): Replica,
-    ("adaptive",): Adaptive,
-}
-"""Place in a suite's file -> the table that is expected there."""

@@ -9,13 +9,15 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from controllers.registry import short
 from models.errors import InputError
 from scenarios.catalogue import load
+from scenarios.choice import REGISTRIES
 from scenarios.error_messages import first_error
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
 from scenarios.push import Push
 from scenarios.schema import Scenario, World
-from scenarios.suite import SIZES, SUITE_TABLES, Suite
+from scenarios.suite import SIZES, Suite
 from scenarios.variants import CHANGEABLE, DECIDED, changed, parameter_of
 
 START = 1.0
@@ -52,6 +54,22 @@ class LoadedSuite:
         found: tuple[float, ...] = drawn.get(name) or self.suite.axes.given().get(name) or always
         return found
 
+    def classes(self, field: str) -> dict[str, str]:
+        """The classes that its episodes name in a field of a scenario: short name -> name as it is looked up.
+
+        Raises:
+            InputError: if two of them are called the same.
+        """
+        folder, registry = self.path.parent, REGISTRIES[field]
+        asked = self.suite.axes.given().get(field) or (getattr(self.base, field).name,)
+        variants = (self.suite.variants or {}).values()
+        asked += tuple(value for changes in variants for name, value in changes.items() if parameter_of(name) == field)
+        found: dict[str, str] = {}
+        for name in (registry.absolute(each, folder) for each in asked):
+            if found.setdefault(short(name), name) != name:
+                raise InputError(f"{self.path}: {field}: two are called {short(name)!r}; rename a file or a class")
+        return found
+
 
 def shipped() -> dict[str, Path]:
     """The suites that come with Okiagari: name -> file."""
@@ -70,9 +88,9 @@ def load_suite(name: str | Path) -> LoadedSuite:
     path = find_file("suite", name)
     text, fields = read_toml(path)
     try:
-        suite = Suite.model_validate(fields)
+        suite = Suite.model_validate(fields, context={"folder": path.parent})
     except ValidationError as error:
-        raise InputError(f"{path}: {first_error(error, SUITE_TABLES)}") from None
+        raise InputError(f"{path}: {first_error(error, Suite)}") from None
     base = _base(suite, path)
     if len(base.pushes) > 1:
         raise InputError(f"{path}: scenario: has {len(base.pushes)} pushes; a suite's base has at most one")
@@ -101,9 +119,9 @@ def _base(suite: Suite, path: Path) -> Scenario:
     if isinstance(fields.get("robot"), str):
         fields["robot"] = robot_beside(path, fields["robot"])
     try:
-        return Scenario.model_validate(fields)
+        return Scenario.model_validate(fields, context={"folder": path.parent})
     except ValidationError as error:
-        raise InputError(f"{path}: scenario.{first_error(error)}") from None
+        raise InputError(f"{path}: scenario.{first_error(error, Scenario)}") from None
 
 
 def _check_push(loaded: LoadedSuite) -> None:
@@ -135,9 +153,9 @@ def _check_variants(loaded: LoadedSuite) -> None:
                     f"{where}.{field}: {value!r} is not allowed; axes.{parameter_of(field)} varies it already"
                 )
         try:
-            Scenario.model_validate(changed(base, changes))
+            Scenario.model_validate(changed(base, changes), context={"folder": loaded.path.parent})
         except ValidationError as error:
-            raise InputError(f"{where}.{first_error(error)}") from None
+            raise InputError(f"{where}.{first_error(error, Scenario)}") from None
 
 
 def _check_train(loaded: LoadedSuite) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
+from scenarios.choice import REGISTRIES
 from scenarios.schema import Disturbance, Scenario
 
 DECIDED = ("description", "world", "duration", "seed", "pushes")
@@ -58,8 +59,10 @@ def changed(fields: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
         *tables, name = field.split(".")
         place = result
         for table in tables:
-            if not isinstance(place.get(table), dict):
-                place[table] = {}
+            held = place.get(table)
+            if not isinstance(held, dict):
+                # A class that is named alone is a table without options.
+                place[table] = {"name": held} if isinstance(held, str) else {}
             place = place[table]
         place[name] = value
     return result
@@ -70,4 +73,6 @@ def parameter_of(field: str) -> str | None:
     table, _, name = field.rpartition(".")
     if table == "disturbance" and name in Disturbance.model_fields:
         return name
-    return field if field in ("robot", "controller", "whole_body") else None
+    if table in REGISTRIES and name == "name":
+        return table
+    return field if field in ("robot", *REGISTRIES) else None

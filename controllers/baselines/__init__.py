@@ -1,1 +1,1 @@
-"""The room controllers/baselines."""
+"""What the supervisor is compared with: the paper's fixed reference, the regulator that never steps, the statue."""

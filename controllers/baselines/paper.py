@@ -13,9 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.baselines.tracker import Tracker
-from controllers.gains import Gain
+from controllers.fields import NotNegative, Strict
+from controllers.geometry.polytope import Polytope
 from controllers.geometry.support_polygon import SupportPolygon
-from controllers.interface import BalanceCommand, Candidate, Decision, FootReference, Observation, Phase
+from controllers.interface import (
+    BalanceCommand,
+    Candidate,
+    Decision,
+    FootReference,
+    Observation,
+    Phase,
+    Prediction,
+    Region,
+    Setting,
+)
+from controllers.options import DcmGain, GainOptions, Stepping
 from controllers.pendulum import Pendulum
 from controllers.reference.walking_reference import Stride, walk_plan
 from controllers.stepping.contact_state import EDGE, ContactState
@@ -23,7 +35,7 @@ from controllers.stepping.swing import SwingFoot
 from controllers.stepping.swing_step import touched_down
 from controllers.supervisor.regulator import Regulator
 from models.arena import SIDES
-from models.robot import Robot, Side
+from models.robot import Side
 
 Array = NDArray[np.float64]
 
@@ -43,26 +55,30 @@ class PaperSupervisor:
         decisions: every choice since `reset`, with its grounds.
         regulator: the regulator of the latest double support.
         tracker: of the reference, at phase 0 while the regulator is in charge; None before the first tick.
-        steps: steps begun since `reset`.
     """
 
-    def __init__(
-        self, robot: Robot, pendulum: Pendulum, gain: Gain, swing_height: float, *, edge: float = EDGE
-    ) -> None:
-        """Prepare.
+    label, colour, marker = "paper", "#b8860b", "D"
 
-        Args:
-            robot: whom it balances.
-            pendulum: its model and the control period.
+    class Options(Strict):
+        """Options of the paper's controller.
+
+        Attributes:
             gain: of regulator and tracker.
-            swing_height: apex of the swing foot [m].
+            stepping: of which only `swing_height` counts.
             edge: distance that the ZMP keeps from the edges of the soles [m].
         """
-        self.robot = robot
-        self._pendulum = pendulum
-        self._gain = gain
-        self._height = swing_height
-        self._sole = SupportPolygon(robot.sole_vertices["left"]).shrunk(edge).vertices
+
+        gain: GainOptions = DcmGain()
+        stepping: Stepping = Stepping()
+        edge: NotNegative = EDGE
+
+    def __init__(self, setting: Setting, options: Options) -> None:
+        """Prepare; the reference is planned at the first tick."""
+        self.robot = robot = setting.robot
+        self._pendulum = Pendulum(robot.omega, setting.dt)
+        self._gain = options.gain.of(self._pendulum)
+        self._height = options.stepping.swing_height
+        self._sole = SupportPolygon(robot.sole_vertices["left"]).shrunk(options.edge).vertices
         self.reset()
 
     def reset(self) -> None:
@@ -70,7 +86,6 @@ class PaperSupervisor:
         self.decisions: list[Decision] = []
         self.regulator: Regulator | None = None
         self.tracker: Tracker | None = None
-        self.steps = 0
         self._tracking = False
         self._outside = False
         # The soles are the smaller ones already.
@@ -91,10 +106,20 @@ class PaperSupervisor:
         support's regulator, and in the present tracking set (NaN while the regulator is in charge)."""
         return self._slacks[0], self._slacks[1] if self._tracking else math.nan
 
-    def predict(self) -> tuple[float, float]:
+    def predict(self) -> Prediction:
         """What the sets say of the last tick's state [m of ZMP]: the regulator's, and the reference's, which is that
         of the present phase once it is tracked and of phase 0 before."""
-        return self._slacks
+        return Prediction(standing=self._slacks[0], stepping=self._slacks[1])
+
+    def regions(self, x: Array) -> tuple[Region, ...]:
+        """The regulator's set of the latest double support, and that of the reference's present phase."""
+        if self.regulator is None or self.tracker is None:
+            return ()
+        tracked = self.tracker.sets.polytope(self.tracker.phase)
+        # The rows are of states where the reference was planned.
+        states = Polytope(S=tracked.S, a=tracked.a + tracked.S @ (x - self.seen(x)))
+        standing = Region(name="regulator", centre=self.regulator.centre, states=self.regulator.region(self.robot))
+        return (standing, Region(name="tracking", centre=self.regulator.centre, states=states))
 
     def seen(self, x: Array) -> Array:
         """A state (4,) in the place where the reference was planned."""
@@ -175,7 +200,6 @@ class PaperSupervisor:
             start = observation.feet[stride.side].position
             self._swing = stride, SwingFoot(start, self._contacts.heading.yaw, duration, self._height, dt)
             self._contacts.lift(stride.side)
-            self.steps += 1
         left = max(stride.landing - tracker.k, 0) * dt
         return self._swing[1].advance(stride.foothold.position + self._offset, left)
 
@@ -202,4 +226,4 @@ class PaperSupervisor:
         feet = {side: FootReference.standing(observation.feet[side], yaw) for side in SIDES}
         if swing is not None and self._contacts.lifted is not None:
             feet[self._contacts.lifted] = swing
-        return BalanceCommand(zmp=self._contacts.support.nearest(zmp), feet=feet)
+        return BalanceCommand(zmp=self._contacts.support.nearest(zmp), feet=feet, stepping=self._tracking)

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
-from controllers.interface import BalanceCommand, Decision, FootReference, JointTargets, Observation, Phase
+from controllers.interface import BalanceCommand, Decision, FootReference, Observation, Phase, Setting
 from controllers.pendulum import Pendulum
+from controllers.registry import NoOptions
 from models.arena import SIDES
-from models.robot import Robot
 
 Array = NDArray[np.float64]
 
@@ -18,19 +18,18 @@ class Statue:
     """Null controller: a rigid body on two feet.
 
     The ZMP it commands is that of a rigid body: whatever stops the COG within one tick, as far as the support polygon
-    allows. On the humanoid it is `HeldPose` that acts.
+    allows. On the humanoid it is the layer `hold` that acts.
 
     Attributes:
         decisions: the one at the start.
-        steps: always 0.
     """
 
-    phase = Phase.STANDING
-    steps = 0
+    label, colour, marker = "statue", "#808080", "^"
+    layer = "hold"
 
-    def __init__(self, robot: Robot, pendulum: Pendulum) -> None:
-        self._sole = robot.sole_vertices["left"]
-        a, b = pendulum.axis(1)
+    def __init__(self, setting: Setting, options: NoOptions) -> None:
+        self._sole = setting.robot.sole_vertices["left"]
+        a, b = Pendulum(setting.robot.omega, setting.dt).axis(1)
         # [p, pd] one tick later has pd = a[1] . [p, pd] + b[1] u = 0
         self._stop = np.kron(np.eye(2), -a[1] / b[1])
         self.reset()
@@ -50,7 +49,7 @@ class Statue:
             self.decisions.append(
                 Decision(
                     time=observation.time,
-                    phase=self.phase,
+                    phase=Phase.STANDING,
                     reason="start: holds the initial joint targets",
                     regulator_slack=float("nan"),
                 )
@@ -59,21 +58,3 @@ class Statue:
         return BalanceCommand(
             zmp=zmp, feet={side: FootReference.standing(feet[side], feet[side].yaw) for side in SIDES}
         )
-
-
-class HeldPose:
-    """The whole-body layer of a statue: the joint angles of the first tick, for ever."""
-
-    def __init__(self) -> None:
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the last episode's pose."""
-        self._pose: Array | None = None
-
-    def targets(self, observation: Observation, command: BalanceCommand) -> JointTargets:
-        """The pose of the first tick; the command is ignored."""
-        if self._pose is None:
-            self._pose = observation.configuration[7:].copy()
-        still = np.zeros_like(self._pose)
-        return JointTargets(position=self._pose, velocity=still, torque=still)

@@ -1,1 +1,1 @@
-"""The room controllers/stepping."""
+"""Steps: policies that choose foot, time and foothold, the motion of the swing foot, contact and stance recovery."""

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
 from controllers.interface import Candidate
+from controllers.options import Stepping
 from controllers.pendulum import Pendulum
-from controllers.stepping.step_policy import Aim, Heading, Lift, SteppingOptions, natural_foothold
+from controllers.stepping.step_policy import Aim, Heading, Lift, natural_foothold, step_limits
 from models.robot import Robot, Side, other
 
 Array = NDArray[np.float64]
@@ -25,9 +26,9 @@ LOOK_AHEAD = 3
 class PolygonPolicy:
     """Steps to where the DCM will be, as far as the leg reaches; the first foot by looking three steps ahead."""
 
-    def __init__(self, robot: Robot, pendulum: Pendulum, options: SteppingOptions) -> None:
+    def __init__(self, robot: Robot, pendulum: Pendulum, options: Stepping) -> None:
         self._pendulum = pendulum
-        self._limits = options.limits
+        self._limits = step_limits(robot, options.max_stride)
         self._time = options.step_times[0]
         self._look_ahead = min(LOOK_AHEAD, options.max_steps)
         self._sole = robot.sole_vertices["left"]

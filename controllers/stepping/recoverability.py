@@ -13,9 +13,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.options import Stepping
 from controllers.pendulum import Pendulum
 from controllers.stepping.set_policy import SetPolicy
-from controllers.stepping.step_policy import Heading, Lift, SteppingOptions
+from controllers.stepping.step_policy import Heading, Lift, step_limits
 from models.robot import Robot, Side, other
 
 Array = NDArray[np.float64]
@@ -29,22 +30,23 @@ BODY_MARGIN = 0.06
 
 
 class Recoverability:
-    """Foretells by the sets of a rule."""
+    """Predicts by the sets of a policy."""
 
     def __init__(self, rule: SetPolicy, margin: float = 0.0) -> None:
-        """Foretell.
+        """Take the sets.
 
         Args:
-            rule: whose sets.
+            rule: whose sets they are.
             margin: by which they are grown [m of DCM].
         """
         self._sets, self._lift_sets, self._margin = rule.sets, rule.lift_sets, margin
 
     @classmethod
-    def of_body(cls, robot: Robot, pendulum: Pendulum, options: SteppingOptions, gain_k: float) -> Recoverability:
+    def of_body(cls, robot: Robot, pendulum: Pendulum, options: Stepping, gain_k: float) -> Recoverability:
         """What a humanoid was seen to do; arguments as of `SetPolicy`."""
-        slower = replace(options.limits, swing_speed=BODY_SPEED * options.limits.swing_speed)
-        return cls(SetPolicy(robot, pendulum, replace(options, limits=slower), gain_k), BODY_MARGIN)
+        limits = step_limits(robot, options.max_stride)
+        slower = replace(limits, swing_speed=BODY_SPEED * limits.swing_speed)
+        return cls(SetPolicy(robot, pendulum, options, gain_k, slower), BODY_MARGIN)
 
     def standing(self, dcm: Array, feet: Mapping[Side, Array], heading: Heading, sides: Sequence[Side]) -> float:
         """The largest slack in any set of steps that begin now [m of DCM].

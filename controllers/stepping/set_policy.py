@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from controllers.interface import Candidate
 from controllers.nstep.step_limits import StepLimits
 from controllers.nstep.step_sets import StepSets, step_sets
+from controllers.options import Stepping
 from controllers.pendulum import Pendulum
-from controllers.stepping.step_policy import Aim, Heading, Lift, SteppingOptions, natural_foothold
+from controllers.stepping.step_policy import Aim, Heading, Lift, natural_foothold, step_limits
 from models.robot import Robot, Side, other
 
 Array = NDArray[np.float64]
@@ -39,7 +40,9 @@ class SetPolicy:
         lift_sets: those with both on the floor.
     """
 
-    def __init__(self, robot: Robot, pendulum: Pendulum, options: SteppingOptions, gain_k: float) -> None:
+    def __init__(
+        self, robot: Robot, pendulum: Pendulum, options: Stepping, gain_k: float, limits: StepLimits | None = None
+    ) -> None:
         """Compute the sets, or find those of a former episode.
 
         Args:
@@ -47,19 +50,21 @@ class SetPolicy:
             pendulum: model and period.
             options: how it steps.
             gain_k: DCM gain of the regulator that takes over after the last step.
+            limits: where a foot may land; None for what the robot's legs reach.
         """
+        limits = limits or step_limits(robot, options.max_stride)
         self.sets, self.lift_sets = (
             _sets(
                 pendulum.omega,
                 pendulum.dt,
                 gain_k,
                 tuple(map(tuple, robot.sole_vertices["left"].tolist())),
-                limits,
+                reach,
                 options.step_times,
                 options.max_steps,
                 options.zmp_margin,
             )
-            for limits in (replace(options.limits, swing_acceleration=math.inf), options.limits)
+            for reach in (replace(limits, swing_acceleration=math.inf), limits)
         )
 
     def lift(self, dcm: Array, feet: Mapping[Side, Array], heading: Heading, sides: Sequence[Side]) -> Lift:

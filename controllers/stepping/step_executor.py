@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from controllers.gains import Gain
 from controllers.interface import Observation
+from controllers.options import Stepping
 from controllers.pendulum import Pendulum
 from controllers.stepping.contact_state import ContactState
 from controllers.stepping.stance_recovery import Restoration
-from controllers.stepping.step_policy import Aim, Lift, SteppingOptions, StepPolicy
+from controllers.stepping.step_policy import Aim, Lift, StepPolicy
 from controllers.stepping.swing import SwingFoot
 from controllers.stepping.swing_step import SwingStep, touched_down
 from models.arena import SIDES
@@ -35,7 +36,7 @@ class Stepper:
     """
 
     def __init__(
-        self, pendulum: Pendulum, options: SteppingOptions, rule: StepPolicy, swing: type[SwingFoot] = SwingFoot
+        self, pendulum: Pendulum, options: Stepping, rule: StepPolicy, swing: type[SwingFoot] = SwingFoot
     ) -> None:
         """Stand on both feet.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,33 +23,6 @@ CLEARANCE = 0.004
 HIP_TRAVEL = 0.5  # as a share of the leg's own reach
 # A landed foot likes to be this far outside of the DCM, so that the DCM comes to rest between the feet [m].
 OUTWARDS = 0.04
-
-
-@dataclass(frozen=True, kw_only=True)
-class SteppingOptions:
-    """How a robot steps.
-
-    Attributes:
-        rule: "sets" decides by the N-step sets, "polygon" by whether the capture point is inside the feet's hull.
-        step_times: durations of a step to choose among [s].
-        max_steps: most steps of one recovery that the sets look ahead; with 1 a step is never followed by another.
-        zmp_margin: distance that the ZMP keeps from the edges of the stance sole [m].
-        swing_height: apex of the swing foot [m].
-        replan: whether foothold and ZMP are chosen anew at every tick; else the foothold of the lift-off is kept.
-        early_trigger: how far ahead the DCM is extrapolated to see whether a step will be needed [s].
-        angular_momentum: whether the DCM is that of the momentum about the feet, which spin is part of.
-        limits: where a foot may land.
-    """
-
-    rule: Literal["sets", "polygon"]
-    step_times: tuple[float, ...]
-    max_steps: int
-    zmp_margin: float
-    swing_height: float
-    replan: bool
-    early_trigger: float
-    angular_momentum: bool
-    limits: StepLimits
 
 
 def step_limits(robot: Robot, max_stride: float) -> StepLimits:

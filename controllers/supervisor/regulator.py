@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.admissible.gain_bank import GainBank, gain_bank
-from controllers.admissible.moa import MoaSet
+from controllers.admissible.moa import MoaSet, regulator_set
 from controllers.gains import Gain
+from controllers.geometry.polytope import Polytope
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
 from controllers.pendulum import Pendulum
-from models.robot import Side
+from models.robot import Robot, Side
 
 Array = NDArray[np.float64]
 
@@ -103,6 +104,16 @@ class Regulator:
         shift = centre - self.centre
         return np.asarray(zmp + shift + F @ np.array([shift[0], 0.0, shift[1], 0.0]))
 
+    def region(self, robot: Robot) -> Polytope:
+        """States in the world that the softest gain holds, as far as the robot's legs allow, (21)-(24)."""
+        of = self.softest
+        return regulator_set(of.pendulum, of.gain, of.polygon, of.centre, bounds=leg_bounds(robot)).in_world()
+
     def explain(self, x: Array) -> str:
         """Which constraint is tightest, where and when, in the largest set."""
         return self.softest.explain(x)
+
+
+def leg_bounds(robot: Robot) -> tuple[float, float]:
+    """Largest offset of the COG that the legs allow [m], and three times the speed whose DCM is that far out [m/s]."""
+    return robot.hip_reach, 3.0 * robot.omega * robot.hip_reach

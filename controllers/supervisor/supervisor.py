@@ -3,27 +3,42 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.fields import Strict
 from controllers.gains import Gain
-from controllers.interface import BalanceCommand, Candidate, Decision, FootReference, Observation, Phase
+from controllers.interface import (
+    BalanceCommand,
+    Candidate,
+    Decision,
+    FootReference,
+    Observation,
+    Phase,
+    Prediction,
+    Region,
+    Setting,
+)
+from controllers.options import DcmGain, GainOptions, Stepping
 from controllers.pendulum import Pendulum
 from controllers.stepping.contact_state import EDGE, ContactState
+from controllers.stepping.feedback_swing import FeedbackSwing
 from controllers.stepping.recoverability import Recoverability
+from controllers.stepping.regions import lift_polytope
+from controllers.stepping.set_policy import SetPolicy
 from controllers.stepping.stance_recovery import StanceRecovery
 from controllers.stepping.step_executor import Stepper
-from controllers.stepping.step_policy import Heading, Lift, SteppingOptions, StepPolicy
+from controllers.stepping.step_policy import Heading, Lift, StepPolicy
 from controllers.stepping.swing import SwingFoot
 from controllers.stepping.swing_step import SwingStep
+from controllers.supervisor.momentum_state import momentum_state
+from controllers.supervisor.policies import recoverability, step_policy, with_softer
 from controllers.supervisor.regulator import Regulator
 from controllers.supervisor.step_trigger import StepTrigger
 from controllers.supervisor.zmp_bias_observer import ZmpBiasObserver
 from models.arena import SIDES
-from models.robot import Robot
 
 Array = NDArray[np.float64]
 
@@ -40,55 +55,51 @@ class _Seen:
 class Supervisor:
     """Falling avoidance: decides anew, at every tick and from the measured state, how to stay on the feet.
 
-    With `rule=None` it is the null controller `regulator`: the same law, limited to the support polygon, and
-    nothing else.
-
     Attributes:
         robot: whom it balances.
         pendulum: its model and the control period.
         options: how it steps.
-        rule: decides the steps.
-        recoverability: predicts whether they will do.
+        rule: decides the steps; None for a controller that never steps.
+        recoverability: predicts whether they will do; None for a controller that predicts nothing of steps.
         decisions: every choice since `reset`, with its grounds.
         regulator: the regulator of the latest double support; None before the first tick.
-        steps: steps begun since `reset`.
     """
 
-    def __init__(
-        self,
-        robot: Robot,
-        pendulum: Pendulum,
-        gains: Sequence[Gain],
-        options: SteppingOptions,
-        rule: StepPolicy | None,
-        recoverability: Recoverability | None = None,
-        swing: type[SwingFoot] = SwingFoot,
-    ) -> None:
-        """Prepare.
+    label, colour, marker = "supervisor", "#239023", "o"
 
-        Args:
-            robot: whom it balances.
-            pendulum: its model and the control period.
-            gains: the regulator's gain, then those to fall back on before a step.
-            options: how it steps.
-            rule: decides the steps; None never to step.
-            recoverability: predicts whether the steps will do; None for a controller that predicts nothing.
-            swing: how a foot goes through the air.
+    class Options(Strict):
+        """Options of the supervisor.
+
+        Attributes:
+            gain: of the regulator.
+            stepping: how it steps.
         """
-        self.robot = robot
-        self.options = options
-        self.rule = rule
-        self.recoverability = recoverability
-        self._swing = swing
-        self.pendulum = pendulum
-        self._gains = tuple(gains)
+
+        gain: GainOptions = DcmGain()
+        stepping: Stepping = Stepping()
+
+    def __init__(self, setting: Setting, options: Options) -> None:
+        """Compute the sets that do not depend on where the feet stand, or find those of a former episode."""
+        self.robot = setting.robot
+        self.pendulum = Pendulum(setting.robot.omega, setting.dt)
+        self.options = options.stepping
+        self.rule: StepPolicy | None = None
+        self.recoverability: Recoverability | None = None
+        self._gains: tuple[Gain, ...] = (options.gain.of(self.pendulum),)
+        self._swing = FeedbackSwing if getattr(setting.layer, "follows_acceleration", False) else SwingFoot
+        self._learn_to_step(on_body=setting.layer is not None)
         self.reset()
+
+    def _learn_to_step(self, *, on_body: bool) -> None:
+        """Make the policy of the steps, the softer gains before a step, and the prediction."""
+        self._gains = with_softer(self.pendulum, self._gains[0])
+        asked = self.robot, self.pendulum, self.options
+        self.rule, self.recoverability = step_policy(*asked), recoverability(*asked, on_body=on_body)
 
     def reset(self) -> None:
         """Forget the last episode."""
         self.decisions: list[Decision] = []
         self.regulator: Regulator | None = None
-        self.steps = 0
         self._seen: _Seen | None = None
         self._gain = self._gains[0]
         self._contacts = ContactState(self.robot.sole_vertices["left"], EDGE)
@@ -132,39 +143,40 @@ class Supervisor:
         self._slacks = (slack, math.nan if swing_step is None else swing_step.aim.slack)
         return self._standing(seen) if swing_step is None else self._stepping(seen, swing_step)
 
-    def state(self, observation: Observation) -> Array:
-        """State (4,) that the sets are asked for.
-
-        A push above the COG makes the body spin, and stopping the spin pushes the COG on: what counts is the momentum
-        about the feet, m h v plus that about the COG. With `angular_momentum` the velocity is that momentum / (m h).
-        """
-        x = observation.balance_state()
-        if self.options.angular_momentum:
-            about_x, about_y, _ = observation.angular_momentum.tolist()
-            lever = self.robot.mass * self.robot.cog_height
-            x[1] += about_y / lever
-            x[3] -= about_x / lever
-        return x
-
-    def predict(self) -> tuple[float, float]:
+    def predict(self) -> Prediction:
         """What the sets say of the last tick's state: slack in the regulator's [m of ZMP], in the steppers' [m of DCM].
 
-        The regulator's is NaN while a foot is in the air. The steppers' is that of the steps that are promised to do,
-        from the step under way or from the stance; NaN without a recoverability, or while no step may follow.
+        The regulator's is NaN while a foot is in the air. The steppers' is that of the steps that are predicted to do,
+        from the step under way or from the stance; NaN while no step may follow, None if it never steps.
         """
-        if self.recoverability is None or self._seen is None or self._stepper is None:
-            return self._slacks[0], math.nan
+        standing = self._slacks[0]
+        if self.recoverability is None or self._stepper is None:
+            return Prediction(standing=standing, stepping=None)
+        assert self._seen is not None
         swing_step, dcm, feet = self._swing_step, self._seen.dcm, self._contacts.positions
         if swing_step is None:
             sides = self._stepper.sides(self._seen.observation.time)
-            promised = self.recoverability.standing(dcm, feet, self.heading, sides) if self._may_step else math.nan
-            return self._slacks[0], promised
+            held = self.recoverability.standing(dcm, feet, self.heading, sides) if self._may_step else math.nan
+            return Prediction(standing=standing, stepping=held)
         if swing_step.closing:
-            return math.nan, math.nan
+            return Prediction(standing=math.nan, stepping=math.nan)
         swing, left = swing_step.before
-        return math.nan, self.recoverability.stepping(
-            dcm, feet[swing_step.stance], swing, self.heading, swing_step.lift, left
-        )
+        held = self.recoverability.stepping(dcm, feet[swing_step.stance], swing, self.heading, swing_step.lift, left)
+        return Prediction(standing=math.nan, stepping=held)
+
+    def regions(self, x: Array) -> tuple[Region, ...]:
+        """The set of the regulator's softest gain in the latest double support, and that of the best step from there.
+
+        The latter is of its number of steps, its foot and its duration, for sets of different ones make no convex
+        shape together.
+        """
+        if self.regulator is None:
+            return ()
+        standing = Region(name="regulator", centre=self.regulator.centre, states=self.regulator.region(self.robot))
+        if not isinstance(self.rule, SetPolicy):
+            return (standing,)
+        states = lift_polytope(self.rule.lift_sets, self.best_step(x), self.regulator.feet, self.heading)
+        return (standing, Region(name="tracking", centre=self.regulator.centre, states=states))
 
     def best_step(self, x: Array) -> Lift:
         """The step that would be taken from the latest stance in a state (4,); changes nothing."""
@@ -182,7 +194,7 @@ class Supervisor:
 
     def _see(self, observation: Observation) -> _Seen:
         """Take in the state, and where the feet are."""
-        x = self.state(observation)
+        x = momentum_state(observation, self.robot) if self.options.angular_momentum else observation.balance_state()
         seen = self._seen = _Seen(observation=observation, x=x, dcm=self.pendulum.dcm(x))
         self._trigger.see(seen.dcm)
         if self._contacts.see(observation) and self._swing_step is None:
@@ -233,7 +245,6 @@ class Supervisor:
 
     def _begun(self) -> None:
         """What was learned of the stance is of no use once a foot has left it."""
-        self.steps += 1
         self._stance_recovery.interrupt()
         self._zmp_bias.forget()
 

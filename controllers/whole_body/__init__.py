@@ -1,1 +1,1 @@
-"""The room controllers/whole_body."""
+"""Whole-body layers: a balance command becomes joint targets, by placo or as a held pose."""

@@ -13,6 +13,7 @@ import placo
 from numpy.typing import NDArray
 
 from controllers.interface import BalanceCommand, FootReference, JointTargets, Observation
+from controllers.registry import NoOptions
 from controllers.whole_body.placo_model import PlacoModel, body_tasks, friction_torque
 from models.arena import SIDES
 from models.robot import Robot, Side
@@ -35,12 +36,15 @@ FRICTION = 0.7
 class DynamicsWholeBody:
     """Inverse dynamics by a weighted QP, every tick from the measured state."""
 
-    def __init__(self, robot: Robot, dt: float) -> None:
+    follows_acceleration = True
+
+    def __init__(self, robot: Robot, dt: float, options: NoOptions) -> None:
         """Build the solver once; it is reused over episodes.
 
         Args:
             robot: the body.
             dt: control period [s].
+            options: none.
         """
         self._robot = robot
         self._model = PlacoModel(robot)
@@ -84,7 +88,7 @@ class DynamicsWholeBody:
         self._torque = np.zeros(len(self._robot.joint_names))
 
     def targets(self, observation: Observation, command: BalanceCommand) -> JointTargets:
-        """See `WholeBody.targets`. A QP without answer keeps the last torque and says so."""
+        """See `WholeBodyLayer.targets`. A QP without answer keeps the last torque and says so."""
         self._model.set_state(observation.configuration, observation.velocity)
         self._aim_cog(observation, command.zmp)
         for side in SIDES:

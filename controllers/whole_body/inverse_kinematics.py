@@ -15,6 +15,7 @@ import placo
 from numpy.typing import NDArray
 
 from controllers.interface import BalanceCommand, FootReference, JointTargets, Observation
+from controllers.registry import NoOptions
 from controllers.whole_body.placo_model import PlacoModel, body_tasks, friction_torque
 from models.arena import SIDES
 from models.robot import Robot, Side
@@ -32,12 +33,13 @@ FIRST_SOLVES = 50  # from the measured pose to the solver's own first solution
 class IkWholeBody:
     """Inverse kinematics by a weighted QP, from the solver's own last pose."""
 
-    def __init__(self, robot: Robot, dt: float) -> None:
+    def __init__(self, robot: Robot, dt: float, options: NoOptions) -> None:
         """Build the solver once; it is reused over episodes.
 
         Args:
             robot: the body.
             dt: control period [s].
+            options: none.
         """
         self._robot = robot
         self._dt = dt
@@ -67,7 +69,7 @@ class IkWholeBody:
         self._last: JointTargets | None = None
 
     def targets(self, observation: Observation, command: BalanceCommand) -> JointTargets:
-        """See `WholeBody.targets`. A QP without answer keeps the last targets and says so."""
+        """See `WholeBodyLayer.targets`. A QP without answer keeps the last targets and says so."""
         if not self._started:
             self._start(observation, command)
         acceleration = self._advance_reference(observation, command.zmp)

@@ -15,13 +15,15 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from controllers.registry import CONTROLLERS, LAYERS
 from models.errors import InputError
 from scenarios.catalogue import check_against, find, load, shipped
-from scenarios.schema import Controller, Scenario, WholeBody, World
+from scenarios.schema import Scenario, World
 from sim.cli import ablation as cli_ablation
 from sim.cli import hardest as cli_hardest
 from sim.cli import report as cli_report
 from sim.cli import sweep as cli_sweep
+from sim.cli.names import named
 from sim.cli.numbers import number, whole
 from sim.cli.sets import register
 from sim.episode import run_folder
@@ -105,12 +107,13 @@ def run(
     scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario (okiagari list), or a .toml file.")],
     world: Annotated[World | None, typer.Option(help="What is pushed: the whole body, or its model.")] = None,
     controller: Annotated[
-        Controller | None,
-        typer.Option(
-            help="supervisor steps when it must, paper by one fixed reference, regulator never, statue holds still."
-        ),
+        str | None,
+        typer.Option(metavar="NAME", help=f"Who answers: {', '.join(CONTROLLERS.names())}, or path/to/file.py:Class."),
     ] = None,
-    whole_body: Annotated[WholeBody | None, typer.Option(help="From balance to joints.")] = None,
+    whole_body: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help=f"From balance to joints: {', '.join(LAYERS.names())}, or file.py:Class."),
+    ] = None,
     seed: Annotated[
         int | None, typer.Option(parser=whole, metavar="N", help="Of what varies: the initial pose.")
     ] = None,
@@ -123,7 +126,12 @@ def run(
     ] = None,
 ) -> None:
     """Run a scenario and write its folder. Options left out are as the scenario says."""
-    asked = {"world": world, "controller": controller, "whole_body": whole_body, "seed": seed}
+    asked = {
+        "world": world,
+        "controller": named(CONTROLLERS, "--controller", controller),
+        "whole_body": named(LAYERS, "--whole-body", whole_body),
+        "seed": seed,
+    }
     chosen = _open(scenario, {name: value for name, value in asked.items() if value is not None})
     name = Path(scenario).stem
     folder = out if out is not None else run_folder.free_folder(f"{name}-{chosen.world}")
@@ -193,20 +201,13 @@ def list_scenarios() -> None:
 def _open(name: str, overrides: dict[str, object]) -> Scenario:
     scenario = load(name, overrides)
     source = str(find(name))
-    from controllers.gains import GainError
-    from controllers.pendulum import Pendulum
     from models.robot import load_robot
-    from sim.episode.make_controller import make_gain
 
     try:
         robot = load_robot(scenario.robot)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
     check_against(scenario, robot, source=source)
-    try:
-        make_gain(scenario, Pendulum(robot.omega, scenario.timing.control))
-    except GainError as error:
-        raise InputError(f"{source}: gain: {error}") from None
     return scenario
 
 
@@ -235,7 +236,7 @@ _COLOUR = {"recovered": "green", "fell": "red", "not_settled": "yellow"}
 def _report(name: str, result: EpisodeResult, folder: Path) -> None:
     console = Console(highlight=False)
     scenario, outcome = result.scenario, result.outcome
-    title = f"{name} ({scenario.world}, {scenario.controller}, seed {scenario.seed})"
+    title = f"{name} ({scenario.world}, {scenario.controller.short}, seed {scenario.seed})"
     if result.pushes:
         table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 0), pad_edge=False)
         for heading in ("push at", "direction", "impulse", "Δv"):

@@ -6,7 +6,6 @@ from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any, Literal
 
-import dm_env
 import numpy as np
 from dm_control.rl import control
 from dm_env import specs
@@ -18,11 +17,9 @@ from models.errors import OkiagariError
 from models.robot import Robot, load_robot
 from scenarios.catalogue import check_against
 from scenarios.schema import Scenario
-from sim.episode.humanoid_world import HumanoidWorld, PushedPhysics
-from sim.episode.plant import Condition, Effort, effort, whole_body_layer
-from sim.episode.push_schedule import ImpulseLog
-from sim.episode.sensor_model import SensorModel
-from sim.record.outcome import FALL_HEIGHT, FALL_TILT
+from sim.episode.episode import Episode
+from sim.episode.humanoid_world import PushedPhysics
+from sim.episode.plant import HumanoidPlant
 
 Array = NDArray[np.float64]
 ActionKind = Literal["balance", "joints"]
@@ -40,26 +37,24 @@ class PushRecovery(control.Task):
     """Stay on your feet: 1 point for every control period without a fall; a fall ends the episode.
 
     Attributes:
-        world: the humanoid.
+        plant: the humanoid.
         kind: what an action is: `balance` (ZMP command and foot references, turned into joint targets by the
             scenario's whole-body layer) or `joints` (position, velocity and torque target of each joint).
-        effort: how the last control period went for the motors.
+        episode: the one under way, with its record; `episode.result()` judges it.
     """
 
     def __init__(self, scenario: Scenario, robot: Robot, kind: ActionKind) -> None:
-        self.world = HumanoidWorld(scenario, robot)
+        self.plant = HumanoidPlant(scenario, robot)
         self.kind = kind
-        self.effort = Effort()
-        self._whole_body = whole_body_layer(scenario, robot)
-        self._sensor_model = SensorModel(scenario)
-        self._targets: JointTargets | None = None
+        self.episode = Episode(scenario, self.plant)
+        self._scenario = scenario
         self._spec = _action_spec(kind, robot)
 
     def initialize_episode(self, physics: PushedPhysics) -> None:
-        """Put the robot into its stand."""
-        self.world.arrange()
-        self._whole_body.reset()
-        self._sensor_model.reset()
+        """Put the robot into its stand, and begin a new record."""
+        self.plant.world.arrange()
+        self.plant.reset_layer()
+        self.episode = Episode(self._scenario, self.plant)
 
     def before_step(self, action: Array, physics: PushedPhysics) -> None:
         """Turn an action into joint targets for the servos.
@@ -74,17 +69,14 @@ class PushRecovery(control.Task):
         if not np.isfinite(action).all():
             raise ActionError(f"action ({self.kind}): entry {int(np.argmin(np.isfinite(action)))} is not finite")
         if self.kind == "balance":
-            self._targets = self._whole_body.targets(self._seen, balance_command(action))
+            self.episode.begin(balance_command(action))
         else:
             position, velocity, torque = action.reshape(3, -1)
-            self._targets = JointTargets(position=position, velocity=velocity, torque=torque)
-        self.world.set_targets(self._targets)
+            self.episode.begin(JointTargets(position=position, velocity=velocity, torque=torque))
 
     def after_step(self, physics: PushedPhysics) -> None:
-        """Count the control period and note the motors' use."""
-        self.world.tick_done()
-        assert self._targets is not None
-        self.effort = effort(self.world, self._targets)
+        """Count the control period and record how it went."""
+        self.episode.end()
 
     def action_spec(self, physics: PushedPhysics) -> specs.BoundedArray:
         """Shape, type and range of an action."""
@@ -92,8 +84,7 @@ class PushRecovery(control.Task):
 
     def get_observation(self, physics: PushedPhysics) -> OrderedDict[str, Array]:
         """What the controllers see, late and noisy if the scenario says so; dm_control asks once a time step."""
-        self._seen = self._sensor_model.see(self.world.observe())
-        return observation_as_dict(self._seen)
+        return observation_as_dict(self.episode.observe())
 
     def get_reward(self, physics: PushedPhysics) -> float:
         """1 unless it fell."""
@@ -104,9 +95,7 @@ class PushRecovery(control.Task):
         return 0.0 if self._fell() else None
 
     def _fell(self) -> bool:
-        world = self.world
-        height = float(world.observe().cog[2])
-        return world.trunk_tilt() > FALL_TILT or height < FALL_HEIGHT * world.robot.cog_height or world.other_contact()
+        return self.episode.fell
 
 
 def make_environment(scenario: Scenario, kind: ActionKind = "balance") -> control.Environment:
@@ -126,47 +115,8 @@ def make_environment(scenario: Scenario, kind: ActionKind = "balance") -> contro
     check_against(scenario, robot)
     task = PushRecovery(scenario, robot, kind)
     return control.Environment(
-        task.world.physics, task, time_limit=scenario.duration, n_sub_steps=scenario.timing.substeps
+        task.plant.world.physics, task, time_limit=scenario.duration, n_sub_steps=scenario.timing.substeps
     )
-
-
-class EnvironmentPlant:
-    """An environment as a `Plant`, so that any controller can be driven and recorded through it."""
-
-    def __init__(self, environment: control.Environment, scenario: Scenario) -> None:
-        self._environment = environment
-        self._task: PushRecovery = environment.task
-        self.robot = self._task.world.robot
-        self._layer = whole_body_layer(scenario, self.robot) if self._task.kind == "joints" else None
-        self._step: dm_env.TimeStep = environment.reset()
-
-    @property
-    def impulse_log(self) -> ImpulseLog:
-        """See `Plant`."""
-        return self._task.world.physics.impulse_log
-
-    def observe(self) -> Observation:
-        """The last time step's observation."""
-        return observation_from_dict(self._step.observation)
-
-    def condition(self) -> Condition:
-        """See `Plant`."""
-        world = self._task.world
-        return Condition(trunk_tilt=world.trunk_tilt(), other_contact=world.other_contact())
-
-    def push_point(self, index: int) -> Array:
-        """See `Plant`."""
-        return self._task.world.physics.push_point(index)
-
-    def advance(self, observation: Observation, command: BalanceCommand) -> Effort:
-        """Step the environment with the command as an action."""
-        if self._layer is None:
-            self._step = self._environment.step(balance_action(command))
-            return self._task.effort
-        targets = self._layer.targets(observation, command)
-        action = np.concatenate([targets.position, targets.velocity, targets.torque])
-        self._step = self._environment.step(action)
-        return effort(self._task.world, targets)
 
 
 def balance_action(command: BalanceCommand) -> Array:

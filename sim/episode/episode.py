@@ -7,17 +7,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from controllers.whole_body.layer import WholeBody
+from controllers.interface import BalanceController, Observation, WholeBodyLayer
+from controllers.registry import CONTROLLERS
+from models.errors import OkiagariError
 from models.robot import Robot, load_robot
 from scenarios.catalogue import check_against
 from scenarios.schema import Scenario
-from sim.episode.make_controller import BalanceController, make_controller
-from sim.episode.plant import Plant, make_plant
+from sim.episode.build import make_controller
+from sim.episode.guard import Guard
+from sim.episode.plant import Action, Condition, Plant, make_plant
 from sim.episode.recording import PushRecord, Recording, decision_as_dict
 from sim.episode.sensor_model import SensorModel
 from sim.episode.set_polygons import SetPolygon
 from sim.record.motors import MotorUse
-from sim.record.outcome import Outcome, judge
+from sim.record.outcome import Outcome, falls, judge
 from sim.record.trace import Trace
 
 
@@ -48,14 +51,133 @@ class EpisodeResult:
     real_time_factor: float
 
 
+class Episode:
+    """One episode, tick by tick: it owns the clock, the senses, the record and the verdict.
+
+    Whoever drives it calls `tick` until it is False, or, if the physics is stepped by somebody else, `observe`, `begin`
+    with the action, and `end` after the physics. The record is of what is; controllers get what they see of it.
+
+    Attributes:
+        scenario: what happens.
+        robot: whom it happens to.
+        plant: the world.
+        controller: who answers; None if the actions come from outside.
+        ticks: control ticks begun.
+        truth: the observation of this tick as it is.
+        seen: the same as the controller sees it.
+        action: what was done in this tick.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        plant: Plant,
+        controller: BalanceController | None = None,
+        *,
+        polygons: bool = False,
+        on_tick: Callable[[Episode], None] | None = None,
+    ) -> None:
+        """Stand ready for the first tick.
+
+        Args:
+            scenario: what happens.
+            plant: its world, at the start.
+            controller: who answers; None if the actions come from outside.
+            polygons: whether to work out the sets' outlines for the figure.
+            on_tick: called after each tick.
+        """
+        self.scenario, self.plant, self.controller, self.robot = scenario, plant, controller, plant.robot
+        self.ticks = 0
+        self._on_tick = on_tick
+        self._sensors = SensorModel(scenario)
+        self._recording = Recording(scenario, plant, controller, polygons=polygons)
+        choice = scenario.controller
+        self._guard = Guard(f"controller {choice.short!r}", foreign=choice.name not in CONTROLLERS.shipped)
+        reset = getattr(controller, "reset", None)
+        if reset is not None:
+            self._guard.ask(reset, 0)
+        self._began = self._ended = time.perf_counter()
+        self.action: Action | None = None
+        self.truth: Observation
+        self.seen: Observation
+        self._condition: Condition
+
+    @property
+    def time(self) -> float:
+        """Simulated time so far [s]."""
+        return self.ticks * self.scenario.timing.control
+
+    @property
+    def fell(self) -> bool:
+        """Whether the robot has fallen, as it is now."""
+        condition, height = self.plant.condition(), float(self.plant.observe().cog[2])
+        return any(falls(condition.trunk_tilt, height / self.robot.cog_height, condition.other_contact).values())
+
+    def tick(self) -> bool:
+        """One control tick with the episode's controller; False if the episode is over."""
+        if self.ticks >= self.scenario.ticks:
+            return False
+        if self.controller is None:
+            raise OkiagariError("an episode without a controller is driven by observe, begin and end")
+        seen = self.observe()
+        command = self._guard.ask(self.controller.command, self.ticks, seen)
+        if not self.begin(self._guard.check_command(command, self.ticks, seen)):
+            return False
+        self.plant.step()
+        self.end()
+        return True
+
+    def observe(self) -> Observation:
+        """What the controller sees now; to be asked once a tick."""
+        self.truth, self._condition = self.plant.observe(), self.plant.condition()
+        self.seen = self._sensors.see(self.truth)
+        return self.seen
+
+    def begin(self, action: Action) -> bool:
+        """Take this tick's action and record it; False if the episode ends here, before acting."""
+        self.action = action
+        self.ticks += 1
+        over = self._recording.see(self.truth, self._condition, action)
+        # Somebody else's physics goes on, whatever the record says of it.
+        if over and self.controller is not None:
+            self._ended = time.perf_counter()
+            return False
+        self.plant.give(self.ticks - 1, self.seen, action)
+        return True
+
+    def end(self) -> None:
+        """Record how this tick went, after its physics."""
+        self._recording.close(self.plant.end(), self.plant)
+        self._ended = time.perf_counter()
+        if self._on_tick is not None:
+            self._on_tick(self)
+
+    def result(self) -> EpisodeResult:
+        """The record so far, judged."""
+        wall = self._ended - self._began - self._recording.aside
+        trace = self._recording.trace()
+        return EpisodeResult(
+            scenario=self.scenario,
+            robot=self.robot,
+            trace=trace,
+            outcome=judge(trace),
+            decisions=[decision_as_dict(decision) for decision in getattr(self.controller, "decisions", ())],
+            pushes=self._recording.pushes(self.plant, trace),
+            motors=self._recording.motors(),
+            set_polygons=self._recording.set_polygons,
+            real_time_factor=self.time / wall,
+        )
+
+
 def run_episode(
     scenario: Scenario,
     *,
     progress: Callable[[float], None] | None = None,
     controller: BalanceController | None = None,
     robot: Robot | None = None,
-    layer: WholeBody | None = None,
+    layer: WholeBodyLayer | None = None,
     polygons: bool = True,
+    on_tick: Callable[[Episode], None] | None = None,
 ) -> EpisodeResult:
     """Run a scenario.
 
@@ -64,55 +186,19 @@ def run_episode(
         progress: called now and then with the simulated time [s].
         controller: a controller of your own; None for the one that the scenario names.
         robot: the one that the scenario names, if it has been read already.
-        layer: the whole-body layer of a former episode, to be used again: see `whole_body_layer`.
+        layer: the whole-body layer of a former episode, to be used again: see `sim.episode.build.make_layer`.
         polygons: whether to work out the sets' outlines for the figure.
+        on_tick: called after each tick with the episode.
 
     Raises:
-        InputError: if the scenario asks for what its robot does not have.
+        InputError: if the scenario asks for what its robot does not have, or a controller that is not ours fails.
     """
     robot = robot or load_robot(scenario.robot)
     check_against(scenario, robot)
     plant = make_plant(scenario, robot, layer)
     controller = controller or make_controller(scenario, robot)
-    controller.reset()
-    sensor_model = SensorModel(scenario)
-    recording = Recording(scenario, plant, polygons=polygons)
-    begin = time.perf_counter()
-    ticks = 0
-    for tick in range(scenario.ticks):
-        ticks = tick + 1
-        if run_tick(plant, controller, recording, sensor_model):
-            break
-        if progress is not None and tick % 100 == 0:
-            progress(ticks * scenario.timing.control)
-    wall = time.perf_counter() - begin - recording.aside
-    trace = recording.trace()
-    pushes = recording.pushes(plant, controller.decisions, controller)
-    return EpisodeResult(
-        scenario=scenario,
-        robot=robot,
-        trace=trace,
-        outcome=judge(trace),
-        decisions=[decision_as_dict(decision) for decision in controller.decisions],
-        pushes=pushes,
-        motors=recording.motors(),
-        set_polygons=recording.set_polygons,
-        real_time_factor=ticks * scenario.timing.control / wall,
-    )
-
-
-def run_tick(
-    plant: Plant, controller: BalanceController, recording: Recording, sensor_model: SensorModel | None = None
-) -> bool:
-    """One control tick: observe, decide, act, record; True if the episode ends here, before acting.
-
-    The record is of what is; the controllers act on what they see of it.
-    """
-    observation = plant.observe()
-    condition = plant.condition()
-    seen = observation if sensor_model is None else sensor_model.see(observation)
-    command = controller.command(seen)
-    if recording.see(observation, condition, command, controller):
-        return True
-    recording.close(plant.advance(seen, command), plant)
-    return False
+    episode = Episode(scenario, plant, controller, polygons=polygons, on_tick=on_tick)
+    while episode.tick():
+        if progress is not None and episode.ticks % 100 == 1:
+            progress(episode.time)
+    return episode.result()

@@ -181,12 +181,6 @@ class HumanoidWorld:
         controls[:, 0], controls[:, 1], controls[:, 2] = targets.position, targets.velocity, targets.torque
         self._data.ctrl[self._servo] = controls.ravel()
 
-    def apply(self, targets: JointTargets) -> None:
-        """Give the servos their targets and run one control period."""
-        self.set_targets(targets)
-        self.physics.step(self.substeps)
-        self.tick_done()
-
     def tick_done(self) -> None:
         """Count a control period that the physics has run."""
         self.ticks += 1

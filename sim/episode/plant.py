@@ -9,16 +9,20 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.baselines.statue import HeldPose
-from controllers.interface import BalanceCommand, JointTargets, Observation
-from controllers.whole_body.layer import WholeBody, make_whole_body
+from controllers.interface import BalanceCommand, JointTargets, Observation, WholeBodyLayer
+from controllers.registry import LAYERS
+from models.errors import OkiagariError
 from models.robot import Robot
 from scenarios.schema import Scenario
+from sim.episode.build import layer_of, make_layer
+from sim.episode.guard import Guard
 from sim.episode.humanoid_world import HumanoidWorld
 from sim.episode.pendulum_world import PendulumWorld
 from sim.episode.push_schedule import ImpulseLog
 
 Array = NDArray[np.float64]
+Action = BalanceCommand | JointTargets
+"""What the robot can be given: a command for its whole-body layer, or its servos' targets."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,9 +54,12 @@ class Condition:
 
 
 class Plant(Protocol):
-    """A world that takes balance commands."""
+    """A world that takes actions: `give` one, `step` the physics, `end` the tick."""
 
     robot: Robot
+
+    def reset(self) -> None:
+        """Start the episode anew."""
 
     @property
     def impulse_log(self) -> ImpulseLog:
@@ -67,8 +74,14 @@ class Plant(Protocol):
     def push_point(self, index: int) -> Array:
         """(3,) where a push acts now [m]."""
 
-    def advance(self, observation: Observation, command: BalanceCommand) -> Effort:
-        """Run one control tick."""
+    def give(self, tick: int, seen: Observation, action: Action) -> None:
+        """Take the action of a tick, which follows from what is seen."""
+
+    def step(self) -> None:
+        """Run the physics of one control tick."""
+
+    def end(self) -> Effort:
+        """Count the tick, and say how it went for the body."""
 
 
 class PendulumPlant:
@@ -77,6 +90,11 @@ class PendulumPlant:
     def __init__(self, scenario: Scenario, robot: Robot) -> None:
         self.robot = robot
         self._world = PendulumWorld(scenario, robot)
+        self._command: BalanceCommand | None = None
+
+    def reset(self) -> None:
+        """See `Plant`."""
+        self._world.reset()
 
     @property
     def impulse_log(self) -> ImpulseLog:
@@ -98,20 +116,42 @@ class PendulumPlant:
         """Every push acts on the COG."""
         return self._world.observe().cog
 
-    def advance(self, observation: Observation, command: BalanceCommand) -> Effort:
+    def give(self, tick: int, seen: Observation, action: Action) -> None:
+        """See `Plant`; a pendulum has no joints."""
+        if not isinstance(action, BalanceCommand):
+            raise OkiagariError("world: 'pendulum' has no joints to give targets to; allowed: 'humanoid'")
+        self._command = action
+
+    def step(self) -> None:
         """See `Plant`."""
-        self._world.apply(command)
+        assert self._command is not None
+        self._world.apply(self._command)
+
+    def end(self) -> Effort:
+        """See `Plant`."""
         return Effort()
 
 
 class HumanoidPlant:
     """The humanoid: whole-body layer, servos and physics."""
 
-    def __init__(self, scenario: Scenario, robot: Robot, layer: WholeBody | None = None) -> None:
+    def __init__(self, scenario: Scenario, robot: Robot, layer: WholeBodyLayer | None = None) -> None:
         self.robot = robot
         self.world = HumanoidWorld(scenario, robot)
-        self._whole_body = whole_body_layer(scenario, robot) if layer is None else layer
-        self._whole_body.reset()
+        self._layer = make_layer(scenario, robot) if layer is None else layer
+        self._layer.reset()
+        choice = layer_of(scenario)
+        self._guard = Guard(f"whole_body {choice.short!r}", foreign=choice.name not in LAYERS.shipped)
+        self._targets: JointTargets | None = None
+
+    def reset(self) -> None:
+        """See `Plant`."""
+        self.world.reset()
+        self.reset_layer()
+
+    def reset_layer(self) -> None:
+        """Forget what the whole-body layer remembers of the last episode."""
+        self._layer.reset()
 
     @property
     def impulse_log(self) -> ImpulseLog:
@@ -130,27 +170,27 @@ class HumanoidPlant:
         """See `Plant`."""
         return self.world.physics.push_point(index)
 
-    def advance(self, observation: Observation, command: BalanceCommand) -> Effort:
+    def give(self, tick: int, seen: Observation, action: Action) -> None:
         """See `Plant`."""
-        targets = self._whole_body.targets(observation, command)
-        self.world.apply(targets)
-        return effort(self.world, targets)
+        targets = action
+        if isinstance(action, BalanceCommand):
+            targets = self._guard.ask(self._layer.targets, tick, seen, action)
+        self._targets = self._guard.check_targets(targets, tick, len(self.robot.joint_names), seen)
+        self.world.set_targets(self._targets)
+
+    def step(self) -> None:
+        """See `Plant`."""
+        self.world.physics.step(self.world.substeps)
+
+    def end(self) -> Effort:
+        """See `Plant`."""
+        assert self._targets is not None
+        self.world.tick_done()
+        torque, speed = self.world.motor_state()
+        return Effort(solver_failed=self._targets.solver_failed, torque=torque, speed=speed)
 
 
-def effort(world: HumanoidWorld, targets: JointTargets) -> Effort:
-    """How the last tick went for the humanoid's motors."""
-    torque, speed = world.motor_state()
-    return Effort(solver_failed=targets.solver_failed, torque=torque, speed=speed)
-
-
-def whole_body_layer(scenario: Scenario, robot: Robot) -> WholeBody:
-    """The whole-body layer that a scenario names; a statue has its own."""
-    if scenario.controller == "statue":
-        return HeldPose()
-    return make_whole_body(scenario.whole_body, robot, scenario.timing.control)
-
-
-def make_plant(scenario: Scenario, robot: Robot, layer: WholeBody | None = None) -> Plant:
+def make_plant(scenario: Scenario, robot: Robot, layer: WholeBodyLayer | None = None) -> Plant:
     """The plant of the world that a scenario names.
 
     Args:

@@ -12,12 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
-from controllers.interface import BalanceCommand, Decision, Observation, Phase
+from controllers.interface import (
+    BalanceCommand,
+    BalanceController,
+    Decision,
+    JointTargets,
+    Observation,
+    Phase,
+    Predictor,
+    Regional,
+)
 from models.arena import SIDES
-from models.robot import Robot
+from models.robot import Robot, Side
+from scenarios.push import Push
 from scenarios.schema import Scenario
-from sim.episode.make_controller import BalanceController, Predictor
-from sim.episode.plant import Condition, Effort, Plant
+from sim.episode.plant import Action, Condition, Effort, Plant
 from sim.episode.set_polygons import Plane, SetPolygon, admissible_polygons
 from sim.record.motors import MotorLog, MotorUse
 from sim.record.outcome import EarlyEnd
@@ -75,11 +84,20 @@ class Recording:
         aside: wall time spent on those outlines [s], which are no part of the control loop.
     """
 
-    def __init__(self, scenario: Scenario, plant: Plant, *, polygons: bool = False) -> None:
+    def __init__(
+        self, scenario: Scenario, plant: Plant, controller: BalanceController | None, *, polygons: bool = False
+    ) -> None:
+        """Make room for the whole episode.
+
+        Args:
+            scenario: what happens.
+            plant: the world.
+            controller: who answers, for what it predicts; None if the actions come from outside.
+            polygons: whether to work out the sets' outlines.
+        """
         robot = plant.robot
         self.set_polygons: tuple[SetPolygon, ...] = ()
         self.aside = 0.0
-        self._polygons = polygons
         joints = robot.joint_names if scenario.world == "humanoid" else None
         self.period = scenario.timing.control
         self._scenario = scenario
@@ -91,14 +109,17 @@ class Recording:
         self._ended: dict[int, dict[str, Any]] = {}
         self._support: tuple[list[float], SupportPolygon] | None = None
         self._row = np.empty(0)
-        self._controller: BalanceController | None = None
-        self._predictor: Predictor | None = None
+        self._steps = StepCount()
+        # Asking a protocol takes 40 us.
+        self._predictor = controller if isinstance(controller, Predictor) else None
+        self._regional = controller if isinstance(controller, Regional) and polygons else None
         self._motors = MotorLog(robot, scenario.ticks if joints else 0)
 
-    def see(
-        self, observation: Observation, condition: Condition, command: BalanceCommand, controller: BalanceController
-    ) -> bool:
-        """Write the state and the command of this tick; True if the episode may end here."""
+    def see(self, observation: Observation, condition: Condition, action: Action) -> bool:
+        """Write the state and the action of this tick; True if the episode may end here.
+
+        Joint targets say neither a ZMP, nor which foot is to stand: what stands is then what the floor carries.
+        """
         at, row = self._at, self._recorder.row()
         self._row = row
         row[at.push : at.push + 3] = 0.0
@@ -107,26 +128,28 @@ class Recording:
         row[at.cog : at.cog + 3] = observation.cog
         row[at.cog + 3 : at.cog + 6] = observation.cog_velocity
         row[at.zmp : at.zmp + 2] = observation.zmp
-        row[at.zmp + 2 : at.zmp + 4] = command.zmp
+        stands = standing_feet(observation, action)
+        if isinstance(action, BalanceCommand):
+            row[at.zmp + 2 : at.zmp + 4] = action.zmp
+            phase = action.phase
+        else:
+            phase = Phase.STANDING if all(stands.values()) else Phase.STEPPING
         for side in SIDES:
             foot, column = observation.feet[side], at.feet[side]
             row[column : column + 3] = foot.position
             row[column + 3] = foot.yaw
             row[column + 4] = foot.force
-            row[column + 5] = command.feet[side].stance
+            row[column + 5] = stands[side]
         row[at.tilt] = condition.trunk_tilt
         row[at.tilt + 1] = condition.other_contact
-        row[at.phase] = controller.phase.value
-        row[at.phase + 1] = controller.steps
-        if controller is not self._controller:
-            # Asking a protocol takes 40 us.
-            self._controller, self._predictor = controller, controller if isinstance(controller, Predictor) else None
+        row[at.phase] = phase.value
+        row[at.phase + 1] = self._steps.see(stands)
         if self._predictor is not None:
             row[at.slack : at.slack + 2] = self._predictor.slacks
         row[at.slack + 2] = self._support_slack(observation)
         if at.root is not None:
             row[at.root :] = observation.configuration
-        self._note_ended_pushes(observation, x, controller)
+        self._note_ended_pushes(observation, x)
         return self._early.update(row)
 
     def close(self, effort: Effort, plant: Plant) -> None:
@@ -158,15 +181,17 @@ class Recording:
         """How much of the motors was used so far; None for the pendulum."""
         return self._motors.use(self.period)
 
-    def pushes(self, plant: Plant, decisions: list[Decision], controller: BalanceController) -> list[PushRecord]:
+    def pushes(self, plant: Plant, trace: Trace) -> list[PushRecord]:
         """What became of each push."""
+        stepping = trace["phase"] == Phase.STEPPING.value
         records = []
         scheduled = plant.impulse_log.scheduled
         for index, cut in enumerate(scheduled):
             push, ended = cut.push, self._ended.get(index, {})
             until = scheduled[index + 1].push.start if index + 1 < len(scheduled) else math.inf
-            stepped = any(push.start <= d.time < until and d.phase is Phase.STEPPING and d.plan for d in decisions)
-            in_charge = next((d.phase for d in reversed(decisions) if d.time <= push.start), controller.phase)
+            # From the tick in which it begins; one that was not reached finds the last.
+            first = max(int(np.searchsorted(trace.time, push.start + 1e-9)) - 1, 0)
+            during = stepping[first : max(int(np.searchsorted(trace.time, until)), first + 1)]
             asked = float(np.linalg.norm(push.impulse_vector(self._robot.mass)))
             records.append(
                 PushRecord(
@@ -183,28 +208,34 @@ class Recording:
                     tracking_slack=ended.get("tracking_slack"),
                     in_regulator_set=_member(ended.get("regulator_slack")),
                     in_tracking_set=_member(ended.get("tracking_slack")),
-                    chosen=(Phase.STEPPING if stepped else in_charge).name.lower(),
+                    chosen=(Phase.STEPPING if during.any() else Phase.STANDING).name.lower(),
                     reached=index in self._ended,
                 )
             )
         return records
 
-    def _note_ended_pushes(self, observation: Observation, x: Array, controller: BalanceController) -> None:
+    def _note_ended_pushes(self, observation: Observation, x: Array) -> None:
         for index, push in enumerate(self._scenario.pushes):
             if index in self._ended or observation.time < push.end - 1e-9:
                 continue
             ended: dict[str, Any] = {"velocity": tuple(observation.cog_velocity.tolist())}
             if self._predictor is not None:
-                regulator, tracking = self._predictor.predict()
-                ended |= {"regulator_slack": regulator, "tracking_slack": tracking}
+                said = self._predictor.predict()
+                ended |= {"regulator_slack": said.standing, "tracking_slack": said.stepping}
                 last = index == len(self._scenario.pushes) - 1
-                if self._polygons and (last or not regulator >= 0.0):
-                    begin = time.perf_counter()
-                    along = np.abs(push.unit)
-                    plane: Plane = "x-xdot" if along[0] >= along[1] else "y-ydot"
-                    self.set_polygons += admissible_polygons(controller, x, push=index + 1, planes=(plane,))
-                    self.aside += time.perf_counter() - begin
+                if last or said.standing is None or not said.standing >= 0.0:
+                    self._draw_sets(index, push, x)
             self._ended[index] = ended
+
+    def _draw_sets(self, index: int, push: Push, x: Array) -> None:
+        """Keep the outlines of the sets through a state (4,), in the plane that the push goes along."""
+        if self._regional is None:
+            return
+        begin = time.perf_counter()
+        along = np.abs(push.unit)
+        plane: Plane = "x-xdot" if along[0] >= along[1] else "y-ydot"
+        self.set_polygons += admissible_polygons(self._regional, self._robot, x, push=index + 1, planes=(plane,))
+        self.aside += time.perf_counter() - begin
 
     def _support_slack(self, observation: Observation) -> float:
         """Distance of the measured ZMP from the edge of the soles on the floor [m]; NaN without floor contact."""
@@ -218,6 +249,27 @@ class Recording:
             soles = [Foot(position=foot.position[:2], yaw=foot.yaw, sole=sole) for foot in feet]
             self._support = known = key, support_polygon(soles)
         return known[1].slack(observation.zmp)
+
+
+class StepCount:
+    """Counts the feet that stood and do not any more."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._stood: dict[Side, bool] = dict.fromkeys(SIDES, True)
+
+    def see(self, stands: dict[Side, bool]) -> int:
+        """Steps begun so far, with those of this tick."""
+        self._count += sum(self._stood[side] and not stands[side] for side in SIDES)
+        self._stood = stands
+        return self._count
+
+
+def standing_feet(observation: Observation, action: Action) -> dict[Side, bool]:
+    """Which feet are to stand by an action, or, if it is of the joints, which carry weight."""
+    if isinstance(action, JointTargets):
+        return {side: observation.feet[side].force > 0.0 for side in SIDES}
+    return {side: action.feet[side].stance for side in SIDES}
 
 
 class _Columns:

@@ -78,6 +78,21 @@ class Outcome:
     steps_taken: int
 
 
+def falls(tilt: Any, height: Any, other_contact: Any) -> dict[Reason, Any]:
+    """Whether a robot counts as fallen at a moment, for each reason; of numbers, or of arrays of many moments.
+
+    Args:
+        tilt: of the trunk [rad].
+        height: of the COG, as a fraction of nominal.
+        other_contact: above 0 if something but a sole touches the floor.
+    """
+    return {
+        Reason.TILT: tilt > FALL_TILT,
+        Reason.HEIGHT: height < FALL_HEIGHT,
+        Reason.CONTACT: other_contact > 0,
+    }
+
+
 def judge(trace: Trace) -> Outcome:
     """Judge an episode.
 
@@ -96,17 +111,12 @@ def judge(trace: Trace) -> Outcome:
     def outcome(result: Result, reason: Reason, *, fell: float | None = None, settled: float | None = None) -> Outcome:
         return Outcome(result=result, reason=reason, time_of_fall=fell, settled_at=settled, steps_taken=steps)
 
-    falls = {
-        Reason.TILT: trace["trunk_tilt"] > FALL_TILT,
-        Reason.HEIGHT: trace["cog_z"] < FALL_HEIGHT * nominal,
-        Reason.CONTACT: trace["other_contact"] > 0,
-    }
-    fallen = np.logical_or.reduce(list(falls.values()))
+    reasons = falls(trace["trunk_tilt"], trace["cog_z"] / nominal, trace["other_contact"])
+    fallen = np.logical_or.reduce(list(reasons.values()))
     if fallen.any():
         first = int(fallen.argmax())
-        return outcome(
-            Result.FELL, next(reason for reason, when in falls.items() if when[first]), fell=float(time[first])
-        )
+        why = next(reason for reason, when in reasons.items() if when[first])
+        return outcome(Result.FELL, why, fell=float(time[first]))
     end = float(time[-1])
     if trace["trunk_tilt"][-1] > END_TILT:
         return outcome(Result.FELL, Reason.END_TILT, fell=end)
@@ -154,13 +164,13 @@ class EarlyEnd:
         self._time, self._tilt, self._height = index["time"], index["trunk_tilt"], index["cog_z"]
         self._contact, self._phase = index["other_contact"], index["phase"]
         self._velocity = (index["cog_vx"], index["cog_vy"], index["cog_vz"])
-        self._lowest, self._low_at_end = FALL_HEIGHT * cog_height, END_HEIGHT * cog_height
+        self._nominal, self._low_at_end = cog_height, END_HEIGHT * cog_height
         self._last_push = math.inf if last_push is None else last_push
         self._since: float | None = None
 
     def update(self, row: Array) -> bool:
         """Take the next row; True if the episode may end after it."""
-        if row[self._tilt] > FALL_TILT or row[self._height] < self._lowest or row[self._contact] > 0:
+        if any(falls(row[self._tilt], row[self._height] / self._nominal, row[self._contact]).values()):
             return True
         time = float(row[self._time])
         x, y, z = self._velocity

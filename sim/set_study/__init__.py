@@ -1,1 +1,1 @@
-"""The room sim/set_study."""
+"""Sets without episodes: the numbers of `okiagari sets`, and the paper's figures of `okiagari figures`."""

@@ -11,7 +11,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from controllers.baselines.paper import PaperSupervisor
 from models.robot import Robot
 from scenarios.schema import Scenario
 from sim.episode.episode import EpisodeResult, run_episode
@@ -48,7 +47,9 @@ def run_pushes(robot: Robot) -> tuple[Walk, EpisodeResult]:
         {
             "description": "Section V: three pushes forward, the third outside the regulator's set",
             "world": "pendulum",
-            "controller": "paper",
+            # As in the paper the ZMP may go up to the edges of the feet.
+            "controller": {"name": "paper", "edge": 0.0},
+            "stepping": {"swing_height": SWING_HEIGHT},
             "duration": 12.0,
             "timing": {"physics": DT, "control": DT},
             "gain": {"kind": "lqr", "q": [1.0, 1.0], "r": 1.0},
@@ -56,9 +57,7 @@ def run_pushes(robot: Robot) -> tuple[Walk, EpisodeResult]:
             "pushes": pushes,
         }
     )
-    # As in the paper the ZMP may go up to the edges of the feet.
-    controller = PaperSupervisor(robot, walk.pendulum, walk.gain, SWING_HEIGHT, edge=0.0)
-    return walk, run_episode(scenario, controller=controller, robot=robot, polygons=False)
+    return walk, run_episode(scenario, robot=robot, polygons=False)
 
 
 def _largest_jump(S: Array, a: Array, x: Array) -> float:

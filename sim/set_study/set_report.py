@@ -17,9 +17,10 @@ from controllers.nstep.step_sets import StepSets
 from controllers.stepping.set_policy import SetPolicy, plan_name
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import Robot, load_robot
+from scenarios.choice import Choice
 from scenarios.push import Push
 from scenarios.schema import Scenario
-from sim.episode.make_controller import make_controller
+from sim.episode.build import make_controller
 from sim.episode.plant import PendulumPlant
 from sim.episode.recording import robot_facts
 from sim.set_study import set_reach
@@ -68,7 +69,7 @@ def standing(scenario: Scenario, robot: Robot) -> tuple[Supervisor, StepSets]:
     """The scenario's supervisor after its first tick, at rest in the robot's stand, and its sets of feet at rest."""
     changes = {
         "world": "pendulum",
-        "controller": "supervisor",
+        "controller": Choice(name="supervisor"),
         "variation": scenario.variation.model_copy(update={"pose": 0.0}),
         "stepping": scenario.stepping.model_copy(update={"rule": "sets"}),
     }
@@ -86,7 +87,7 @@ def _direction(supervisor: Supervisor, sets: StepSets, direction: float) -> dict
     assert regulator is not None
     bank = regulator.bank
     unaided = no_step_limit(bank.pendulum, bank.polygon, direction, bank.centre)
-    limits = set_reach.koolen_limits(regulator, supervisor.options.limits, direction, sets.step_times, sets.max_steps)
+    limits = set_reach.koolen_limits(regulator, sets.limits, direction, sets.step_times, sets.max_steps)
     own, *reaches = set_reach.reaches(sets, regulator, direction)
     steps = []
     for reach, limit in zip(reaches, limits[1:], strict=True):

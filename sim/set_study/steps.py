@@ -18,7 +18,7 @@ from controllers.stepping.set_policy import SetPolicy
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import Robot, Side
 from scenarios.schema import Scenario
-from sim.episode.make_controller import make_controller
+from sim.episode.build import make_controller
 from sim.record.palette import COG, FEET
 
 Array = NDArray[np.float64]

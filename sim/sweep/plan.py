@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from controllers.gains import GainError
-from controllers.pendulum import Pendulum
+from controllers.registry import short
 from models.errors import InputError
 from models.robot import Robot
 from scenarios.catalogue import check_against
+from scenarios.choice import REGISTRIES
 from scenarios.error_messages import first_error
 from scenarios.files import robot_beside
 from scenarios.push import Push
@@ -24,7 +24,6 @@ from scenarios.schema import Scenario
 from scenarios.suite import SIZES, Suite
 from scenarios.suite_catalogue import START, LoadedSuite
 from scenarios.variants import changed, parameter_of
-from sim.episode.make_controller import make_gain
 from sim.results.push_size import robot_named
 from sim.sweep.pushes import DIGITS, canonical, first_push, sized, stream, train_pushes
 
@@ -125,12 +124,15 @@ def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
     """What is asked of each episode, replicas apart."""
     suite, base, push = loaded.suite, loaded.base, loaded.push
     plain = Push.model_fields
-    always: dict[str, Any] = {name: getattr(base, name) for name in _SCENARIO}
+    always: dict[str, Any] = {"robot": base.robot, "world": base.world}
+    always |= {name: getattr(base, name).short for name in REGISTRIES}
     always |= {name: getattr(base.disturbance, name) for name in _DISTURBANCE}
     always |= {name: push.get(name, plain[name].default) for name in ("body", "duration", "height")}
     always |= {"start": push.get("start", START)}
     always |= _beside(suite)
-    axes = suite.axes.given()
+    axes = {
+        name: tuple(map(short, values)) if name in REGISTRIES else values for name, values in suite.axes.given().items()
+    }
     drawn = {} if suite.random is None else suite.random.given()
     for name in ("direction", "delta_v", "impulse") if suite.train is None else ():
         given = {*axes, *drawn}
@@ -151,6 +153,7 @@ def _designs(suite: Suite) -> Iterator[dict[str, Any]]:
         return
     for variant, changes in suite.variants.items():
         replaced = {name: value for field, value in changes.items() if (name := parameter_of(field)) is not None}
+        replaced |= {name: short(replaced[name]) for name in REGISTRIES if name in replaced}
         rest = {field: value for field, value in changes.items() if parameter_of(field) is None}
         yield replaced | {"variant": variant, "changes": rest}
 
@@ -194,7 +197,11 @@ def scenario_of(loaded: LoadedSuite, episode: Episode) -> Scenario:
         pushes = train_pushes(suite, push, parameters["replica"], _robot(loaded, parameters))
     elif suite.first is not None:
         pushes = [first_push(suite, push, parameters, _robot(loaded, parameters)), push]
-    fields = loaded.base.as_dict() | {name: parameters[name] for name in _SCENARIO}
+    fields = loaded.base.as_dict() | {"world": parameters["world"]}
+    for name in REGISTRIES:
+        # The base's options are of the base's class.
+        if parameters[name] != getattr(loaded.base, name).short:
+            fields[name] = loaded.classes(name)[parameters[name]]
     fields["disturbance"] = {name: value for name in _DISTURBANCE if (value := parameters[name]) is not None}
     fields["variation"] = {"pose": replica.pose} if replica.pose is not None else fields["variation"]
     fields = changed(fields, parameters.get("changes", {}))
@@ -206,7 +213,7 @@ def scenario_of(loaded: LoadedSuite, episode: Episode) -> Scenario:
     try:
         return Scenario.model_validate(fields)
     except ValidationError as error:
-        raise InputError(f"{loaded.path}: {_within(parameters)}{first_error(error)}") from None
+        raise InputError(f"{loaded.path}: {_within(parameters)}{first_error(error, Scenario)}") from None
 
 
 def _within(parameters: Mapping[str, Any]) -> str:
@@ -227,7 +234,6 @@ def _robot(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> Robot:
 
 def _checker(loaded: LoadedSuite) -> Callable[[Episode], None]:
     """Checks whether parameters fit together and to their robot, once for each that matters to that."""
-    balanced: set[tuple[str, str | None]] = set()
     known = set()
 
     def check(episode: Episode) -> None:
@@ -238,13 +244,7 @@ def _checker(loaded: LoadedSuite) -> Callable[[Episode], None]:
         scenario = scenario_of(loaded, episode)
         try:
             robot = robot_named(scenario.robot)
-            who = (scenario.robot, episode.parameters.get("variant"))
-            if who not in balanced:
-                balanced.add(who)
-                make_gain(scenario, Pendulum(robot.omega, scenario.timing.control))
             check_against(scenario, robot, source=_within(episode.parameters).removesuffix(".") or "scenario")
-        except GainError as error:
-            raise InputError(f"{loaded.path}: {_within(episode.parameters)}gain: {error}") from None
         except InputError as error:
             raise InputError(f"{loaded.path}: {error}") from None
 

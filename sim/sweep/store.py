@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from controllers.registry import CONTROLLERS
 from models.errors import InputError
 from scenarios.suite_catalogue import LoadedSuite
 from sim.record.versions import commit, versions
@@ -97,9 +98,21 @@ def prepare(loaded: LoadedSuite, folder: Path) -> None:
         known = results.read_sweep(folder)
         if known["suite_hash"] != suite_hash(loaded):
             raise InputError(f"{str(folder)!r} holds {_other(known, loaded)}; choose another folder with --out")
+        for name, now in _appearances(loaded).items():
+            then = known.get("controllers", {}).get(name)
+            if then is not None and then["source"] != now["source"]:
+                raise InputError(
+                    f"{str(folder)!r} holds results of {name!r} as its file was then, and it has changed since; "
+                    "choose another folder with --out"
+                )
         return
     results.write_bytes(loaded.text.encode(), folder / results.SUITE)
     describe(loaded, folder, planned=loaded.suite.episodes, finished=0)
+
+
+def _appearances(loaded: LoadedSuite) -> dict[str, dict[str, str | None]]:
+    """How each controller is shown, in the order of the suite, and the hash of its file."""
+    return {name: CONTROLLERS.entry(full).appearance for name, full in loaded.classes("controller").items()}
 
 
 def _other(known: Mapping[str, Any], loaded: LoadedSuite) -> str:
@@ -142,6 +155,7 @@ def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) 
         "world": loaded.only,
         "suite_hash": suite_hash(loaded),
         "seed": suite.seed,
+        "controllers": _appearances(loaded),
         "robot": sorted(suite.axes.robot or (loaded.base.robot,)),
         "versions": begun["versions"],
         "commit": begun["commit"],

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.interface import Phase
-from controllers.whole_body.layer import WholeBody, make_whole_body
+from controllers.interface import Phase, WholeBodyLayer
 from scenarios.schema import Scenario
-from scenarios.schema import WholeBody as WholeBodyKind
+from sim.episode.build import layer_of, make_layer
 from sim.episode.episode import EpisodeResult, run_episode
 from sim.record.motors import MotorUse
 from sim.record.versions import commit, versions
@@ -34,6 +33,9 @@ CRASHED = "crashed"
 
 # Cluster workers may run tasks in threads; the solvers were not made for that.
 _ONE_AT_A_TIME = threading.Lock()
+LAYERS_KEPT = 8
+"""So many whole-body layers are kept in a worker."""
+_layers: dict[str, WholeBodyLayer] = {}
 # Times are sums of many periods.
 _ROUNDING = 1e-9
 
@@ -51,9 +53,7 @@ def run_job(job: Job) -> dict[str, Any]:
     with _ONE_AT_A_TIME:
         begin = time.perf_counter()
         scenario = job.scenario
-        layer = None
-        if scenario.world == "humanoid" and scenario.controller != "statue":
-            layer = _layer(scenario.robot, scenario.whole_body, scenario.timing.control)
+        layer = None if scenario.world == "pendulum" else _layer(scenario)
         result = run_episode(scenario, robot=robot_named(scenario.robot), layer=layer, polygons=False)
         row = _known(job) | happened(result, train="train" in job.episode.parameters)
         return row | {
@@ -75,10 +75,15 @@ def trace_hash(values: Array, channels: Sequence[str]) -> str:
     return digest.hexdigest()
 
 
-@functools.lru_cache(maxsize=8)
-def _layer(robot: str, kind: WholeBodyKind, dt: float) -> WholeBody:
+def _layer(scenario: Scenario) -> WholeBodyLayer:
+    """A whole-body layer, made once for each kind, robot and period."""
     # placo does not give back a solver's memory, 0.8 MB each: a worker must not make one an episode.
-    return make_whole_body(kind, robot_named(robot), dt)
+    key = json.dumps([scenario.robot, layer_of(scenario).model_dump(), scenario.timing.control])
+    if key not in _layers:
+        if len(_layers) >= LAYERS_KEPT:
+            _layers.pop(next(iter(_layers)))
+        _layers[key] = make_layer(scenario, robot_named(scenario.robot))
+    return _layers[key]
 
 
 @functools.lru_cache(maxsize=1)

@@ -72,7 +72,9 @@ def main() -> None:
         return
     then = json.loads(RECORD.read_text(encoding="utf-8"))
     differ = {
-        name: [channel for channel in before | now.get(name, {}) if before.get(channel) != now.get(name, {}).get(channel)]
+        name: [
+            channel for channel in before | now.get(name, {}) if before.get(channel) != now.get(name, {}).get(channel)
+        ]
         for name, before in then.items()
     }
     for name, channels in differ.items():

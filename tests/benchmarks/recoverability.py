@@ -15,12 +15,14 @@ from rich.progress import track
 
 from controllers.stepping.recoverability import BODY_MARGIN, BODY_SPEED, Recoverability
 from controllers.stepping.set_policy import SetPolicy
+from controllers.stepping.step_policy import step_limits
+from controllers.supervisor.policies import SOFTER
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import load_robot
 from scenarios.schema import Scenario
 from scenarios.suite_catalogue import load_suite
+from sim.episode.build import make_controller
 from sim.episode.episode import run_episode
-from sim.episode.make_controller import SOFTER, make_controller
 from sim.record.outcome import Result
 from sim.sweep.executors import local
 from sim.sweep.plan import plan, scenario_of
@@ -106,9 +108,9 @@ def recoverability_of(
     controller: Supervisor, speed: float, kind: type[Recoverability] = Recoverability
 ) -> Recoverability:
     """The prediction for feet with a share of the swing speed that the controller asks of them."""
-    limits = controller.options.limits
-    options = replace(controller.options, limits=replace(limits, swing_speed=speed * limits.swing_speed))
-    return kind(SetPolicy(controller.robot, controller.pendulum, options, min(SOFTER)))
+    limits = step_limits(controller.robot, controller.options.max_stride)
+    slower = replace(limits, swing_speed=speed * limits.swing_speed)
+    return kind(SetPolicy(controller.robot, controller.pendulum, controller.options, min(SOFTER), slower))
 
 
 def ask(scenario: Scenario) -> Asked | None:

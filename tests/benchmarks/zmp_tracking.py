@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from controllers.geometry.support_polygon import support_polygon
-from controllers.interface import BalanceCommand, Decision, FootReference, Observation, Phase
+from controllers.interface import BalanceCommand, FootReference, Observation
 from models.arena import SIDES
 from models.robot import Robot, load_robot
 from scenarios.schema import Scenario
@@ -34,18 +34,10 @@ class SineBrain:
         decisions, steps: none.
     """
 
-    controller = Phase.STANDING
-
     def __init__(self, robot: Robot, axis: int, frequency: float) -> None:
         self._omega, self._turn = robot.omega, 2.0 * math.pi * frequency
         self._unit = np.eye(2)[axis]
         self._polygon = support_polygon(list(standing_feet(robot).values())).shrunk(0.003)
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the last run."""
-        self.decisions: list[Decision] = []
-        self.steps = 0
 
     def command(self, observation: Observation) -> BalanceCommand:
         """One control tick."""

@@ -11,15 +11,16 @@ import pytest
 from controllers.stepping.recoverability import BODY_MARGIN, BODY_SPEED, Recoverability
 from controllers.stepping.set_policy import SetPolicy
 from controllers.stepping.step_policy import Heading, Lift
+from controllers.supervisor.policies import SOFTER
 from controllers.supervisor.supervisor import Supervisor
 from models.arena import SIDES
 from models.robot import other
 from scenarios.schema import Scenario
+from sim.episode.build import make_controller
 from sim.episode.episode import run_episode
-from sim.episode.make_controller import SOFTER, make_controller, make_options
 from sim.record.outcome import Result
 from tests.controllers.sight import seen
-from tests.controllers.stepping.test_step_policy import OPTIONS, PENDULUM, ROBOT
+from tests.controllers.stepping.test_step_policy import LIMITS, OPTIONS, PENDULUM, ROBOT
 
 GAIN_K = 1.1
 HEADING, HERE = Heading(0.4), np.array([1.0, -2.0])
@@ -69,8 +70,8 @@ def test_stepping_it_holds_what_some_set_of_the_foot_under_way_holds(rule: SetPo
 
 def test_of_a_body_the_feet_are_slower_and_the_sets_grown(rule: SetPolicy) -> None:
     rng, body = np.random.default_rng(2), Recoverability.of_body(ROBOT, PENDULUM, OPTIONS, GAIN_K)
-    limits = replace(OPTIONS.limits, swing_speed=BODY_SPEED * OPTIONS.limits.swing_speed)
-    slow = Recoverability(SetPolicy(ROBOT, PENDULUM, replace(OPTIONS, limits=limits), GAIN_K))
+    limits = replace(LIMITS, swing_speed=BODY_SPEED * LIMITS.swing_speed)
+    slow = Recoverability(SetPolicy(ROBOT, PENDULUM, OPTIONS, GAIN_K, limits))
     exact = Recoverability(rule)
     lift = Lift(side="left", step_time=0.16, steps=1, slack=0.0, candidates=())
     more = fewer = 0
@@ -116,7 +117,7 @@ def test_each_world_has_its_own_promise() -> None:
     standing = seen((0.0, half), (0.0, -half))
     feet = {side: standing.feet[side].position[:2] for side in SIDES}
     given = pushed(0.0, 0.5, 0)
-    asked = ROBOT, PENDULUM, make_options(given, ROBOT), min(SOFTER)
+    asked = ROBOT, PENDULUM, given.stepping, min(SOFTER)
     words = []
     for world, recoverability in (
         ("pendulum", Recoverability(SetPolicy(*asked))),
@@ -125,6 +126,6 @@ def test_each_world_has_its_own_promise() -> None:
         controller = make_controller(given.model_copy(update={"world": world}), ROBOT)
         assert isinstance(controller, Supervisor)
         controller.command(standing)
-        words.append(controller.predict()[1])
+        words.append(controller.predict().stepping)
         assert words[-1] == recoverability.standing(np.zeros(2), feet, Heading(0.0), SIDES)
     assert words[0] != words[1]

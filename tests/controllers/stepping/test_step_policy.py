@@ -12,27 +12,19 @@ from hypothesis import strategies as st
 
 from controllers.gains import dcm
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
+from controllers.options import Stepping
 from controllers.pendulum import Pendulum
 from controllers.stepping.polygon_policy import PolygonPolicy
 from controllers.stepping.set_policy import SetPolicy
-from controllers.stepping.step_policy import OUTWARDS, Heading, SteppingOptions, natural_foothold, step_limits
+from controllers.stepping.step_policy import OUTWARDS, Heading, natural_foothold, step_limits
 from controllers.supervisor.regulator import Regulator
 from models.arena import SIDES
 from models.robot import Side, load_robot, other
 
 ROBOT = load_robot("utmu2")
 PENDULUM = Pendulum(ROBOT.omega, 0.002)
-OPTIONS = SteppingOptions(
-    rule="sets",
-    step_times=(0.12, 0.16),
-    max_steps=4,
-    zmp_margin=0.008,
-    swing_height=0.04,
-    replan=True,
-    early_trigger=0.1,
-    angular_momentum=True,
-    limits=step_limits(ROBOT, 0.28),
-)
+OPTIONS = Stepping(step_times=(0.12, 0.16), max_steps=4, swing_height=0.04)
+LIMITS = step_limits(ROBOT, OPTIONS.max_stride)
 GAIN_K = 1.2
 coordinate = st.floats(-3.0, 3.0)
 points = st.tuples(coordinate, coordinate).map(np.array)
@@ -121,7 +113,7 @@ def test_what_is_aimed_at_is_within_reach(
     lift = chosen.lift(point, feet, heading, SIDES)
     ground, swing = feet[other(lift.side)], feet[lift.side]
     aim = chosen.aim(point, ground, swing, heading, lift, round(lift.step_time / PENDULUM.dt), lift.steps)
-    foothold, limits = heading.local(aim.foothold, ground), OPTIONS.limits
+    foothold, limits = heading.local(aim.foothold, ground), LIMITS
     aside = foothold[1] if lift.side == "left" else -foothold[1]
     # Micrometres are what the program for a foothold may leave.
     assert abs(foothold[0]) <= limits.max_stride + 1e-6
@@ -194,8 +186,8 @@ def test_the_number_of_steps_is_not_changed_lightly(sets: SetPolicy) -> None:
 
 
 def test_sets_of_the_same_stepping_are_computed_once(sets: SetPolicy) -> None:
-    assert SetPolicy(ROBOT, PENDULUM, replace(OPTIONS, swing_height=0.05), GAIN_K).sets is sets.sets
-    assert SetPolicy(ROBOT, PENDULUM, replace(OPTIONS, max_steps=3), GAIN_K).sets is not sets.sets
+    assert SetPolicy(ROBOT, PENDULUM, OPTIONS.model_copy(update={"swing_height": 0.05}), GAIN_K).sets is sets.sets
+    assert SetPolicy(ROBOT, PENDULUM, OPTIONS.model_copy(update={"max_steps": 3}), GAIN_K).sets is not sets.sets
 
 
 def test_a_stand_that_the_regulator_holds_is_where_the_steps_end(sets: SetPolicy) -> None:
@@ -224,8 +216,8 @@ def test_a_foot_that_must_go_far_is_given_the_time_to_get_there(sets: SetPolicy)
     lift = sets.lift(point, feet, heading, SIDES)
     assert lift.slack > 0.0
     assert lift.step_time == 0.16
-    weightless = replace(OPTIONS, limits=replace(OPTIONS.limits, swing_acceleration=math.inf))
-    assert SetPolicy(ROBOT, PENDULUM, weightless, GAIN_K).lift(point, feet, heading, SIDES).step_time == 0.12
+    weightless = replace(LIMITS, swing_acceleration=math.inf)
+    assert SetPolicy(ROBOT, PENDULUM, OPTIONS, GAIN_K, weightless).lift(point, feet, heading, SIDES).step_time == 0.12
 
 
 def test_of_steps_that_no_foot_at_rest_makes_one_is_taken_that_a_faster_foot_would(sets: SetPolicy) -> None:

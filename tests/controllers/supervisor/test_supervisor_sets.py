@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from controllers.admissible.limits import recoverable_delta_v
+from controllers.supervisor.momentum_state import momentum_state
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import Robot, load_robot
-from sim.episode.make_controller import make_controller
+from sim.episode.build import make_controller
 from sim.episode.plant import PendulumPlant
 from sim.record.outcome import Result
 from tests.controllers.pushed import assert_zmp_was_inside, lift_offs, push, run, scenario
@@ -123,8 +124,12 @@ def test_spin_counts_as_state_if_it_is_asked_for(robot: Robot) -> None:
     spun = replace(still, angular_momentum=np.array([0.2, 0.3, 0.0]))
     lever = robot.mass * robot.cog_height
     # Pitching forward is momentum about the feet as moving forward is, rolling to the right as moving to the right.
-    gained = {True: [0.0, 0.3 / lever, 0.0, -0.2 / lever], False: [0.0, 0.0, 0.0, 0.0]}
-    for counted, expected in gained.items():
-        controller = make_controller(scenario((0.1, 0, 0.3), stepping={"angular_momentum": counted}), robot)
-        assert isinstance(controller, Supervisor)
-        assert controller.state(spun) - controller.state(still) == pytest.approx(expected, abs=1e-15)
+    gained = [0.0, 0.3 / lever, 0.0, -0.2 / lever]
+    assert momentum_state(spun, robot) - momentum_state(still, robot) == pytest.approx(gained, abs=1e-15)
+    commands = {}
+    for counted in (True, False):
+        for name, seen in (("spun", spun), ("still", still)):
+            controller = make_controller(scenario((0.1, 0, 0.3), stepping={"angular_momentum": counted}), robot)
+            commands[counted, name] = controller.command(seen).zmp
+    assert np.array_equal(commands[False, "spun"], commands[False, "still"])
+    assert commands[True, "spun"][0] > commands[True, "still"][0]

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controllers.interface import BalanceCommand, FootReference, Observation
-from controllers.whole_body.layer import WholeBody, make_whole_body
+from controllers.interface import BalanceCommand, FootReference, JointTargets, Observation, WholeBodyLayer
+from controllers.registry import LAYERS, NoOptions
 from models.arena import SIDES
 from models.robot import Robot, load_robot
 from scenarios.catalogue import load
 from sim.episode.humanoid_world import HumanoidWorld
 
-LAYERS = ("dynamics", "ik")
+SOLVERS = ("dynamics", "ik")
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +27,17 @@ def world(robot: Robot) -> HumanoidWorld:
     return HumanoidWorld(load("quiet", {"variation": {"pose": 0.0}}), robot)
 
 
+def make_layer(name: str, robot: Robot) -> WholeBodyLayer:
+    layer: WholeBodyLayer = LAYERS.entry(name).cls(robot, 0.002, NoOptions())
+    return layer
+
+
+def apply(world: HumanoidWorld, targets: JointTargets) -> None:
+    world.set_targets(targets)
+    world.physics.step(world.substeps)
+    world.tick_done()
+
+
 def stand(observation: Observation, zmp: np.ndarray | None = None) -> BalanceCommand:
     return BalanceCommand(
         zmp=observation.cog[:2].copy() if zmp is None else zmp,
@@ -34,11 +45,11 @@ def stand(observation: Observation, zmp: np.ndarray | None = None) -> BalanceCom
     )
 
 
-@pytest.mark.parametrize("name", LAYERS)
+@pytest.mark.parametrize("name", SOLVERS)
 def test_standing_still_needs_the_weight_in_the_legs_and_no_motion(
     name: str, robot: Robot, world: HumanoidWorld
 ) -> None:
-    layer: WholeBody = make_whole_body(name, robot, 0.002)  # type: ignore[arg-type]
+    layer = make_layer(name, robot)
     observation = world.observe()
     targets = layer.targets(observation, stand(observation))
     assert not targets.solver_failed
@@ -51,20 +62,20 @@ def test_standing_still_needs_the_weight_in_the_legs_and_no_motion(
     assert torque["left_knee"] == pytest.approx(torque["right_knee"], rel=0.02)
 
 
-@pytest.mark.parametrize("name", LAYERS)
+@pytest.mark.parametrize("name", SOLVERS)
 def test_the_zmp_goes_where_it_is_told(name: str, robot: Robot, world: HumanoidWorld) -> None:
-    layer = make_whole_body(name, robot, 0.002)  # type: ignore[arg-type]
+    layer = make_layer(name, robot)
     for tick in range(80):
         observation = world.observe()
         # Held over the COG to settle, then 15 mm ahead of it for a moment.
         ahead = np.array([0.015, 0.0]) if tick >= 60 else np.zeros(2)
-        world.apply(layer.targets(observation, stand(observation, observation.cog[:2] + ahead)))
+        apply(world, layer.targets(observation, stand(observation, observation.cog[:2] + ahead)))
     observation = world.observe()
     assert observation.zmp[0] - observation.cog[0] == pytest.approx(0.015, abs=0.005)
     assert observation.zmp[1] - observation.cog[1] == pytest.approx(0.0, abs=0.002)
 
 
-@pytest.mark.parametrize("name", LAYERS)
+@pytest.mark.parametrize("name", SOLVERS)
 def test_of_a_foot_that_stands_only_the_heading_counts(name: str, robot: Robot, world: HumanoidWorld) -> None:
     observation = world.observe()
     told = stand(observation)
@@ -73,17 +84,16 @@ def test_of_a_foot_that_stands_only_the_heading_counts(name: str, robot: Robot, 
         for side, foot in told.feet.items()
     }
     one, other = (
-        make_whole_body(name, robot, 0.002).targets(observation, command)  # type: ignore[arg-type]
-        for command in (told, replace(told, feet=nonsense))
+        make_layer(name, robot).targets(observation, command) for command in (told, replace(told, feet=nonsense))
     )
     assert not other.solver_failed
     assert np.array_equal(one.torque, other.torque)
     assert np.array_equal(one.position, other.position)
 
 
-@pytest.mark.parametrize("name", LAYERS)
+@pytest.mark.parametrize("name", SOLVERS)
 def test_a_solver_failure_is_said_and_keeps_the_last_torque(name: str, robot: Robot, world: HumanoidWorld) -> None:
-    layer = make_whole_body(name, robot, 0.002)  # type: ignore[arg-type]
+    layer = make_layer(name, robot)
     observation = world.observe()
     good = layer.targets(observation, stand(observation))
     impossible = replace(observation, cog=observation.cog * np.nan)
@@ -95,9 +105,9 @@ def test_a_solver_failure_is_said_and_keeps_the_last_torque(name: str, robot: Ro
     assert not again.solver_failed
 
 
-@pytest.mark.parametrize("name", LAYERS)
+@pytest.mark.parametrize("name", SOLVERS)
 def test_reset_forgets_everything(name: str, robot: Robot, world: HumanoidWorld) -> None:
-    def torques(layer: WholeBody) -> list[np.ndarray]:
+    def torques(layer: WholeBodyLayer) -> list[np.ndarray]:
         layer.reset()
         world.reset()
         taken = []
@@ -105,9 +115,9 @@ def test_reset_forgets_everything(name: str, robot: Robot, world: HumanoidWorld)
             observation = world.observe()
             targets = layer.targets(observation, stand(observation))
             taken.append(targets.torque)
-            world.apply(targets)
+            apply(world, targets)
         return taken
 
-    layer = make_whole_body(name, robot, 0.002)  # type: ignore[arg-type]
+    layer = make_layer(name, robot)
     first = torques(layer)
     assert np.array_equal(first, torques(layer))

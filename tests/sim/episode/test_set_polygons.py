@@ -8,15 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from controllers.interface import Regional
 from controllers.nstep.step_sets import StepSets
+from controllers.stepping.regions import dcm_polytope
 from controllers.stepping.set_policy import SetPolicy
 from controllers.stepping.step_policy import Heading, Lift
 from controllers.supervisor.supervisor import Supervisor
 from models.robot import Robot, load_robot, other
 from scenarios.catalogue import load
-from sim.episode.make_controller import make_controller
+from sim.episode.build import make_controller
 from sim.episode.plant import PendulumPlant
-from sim.episode.set_polygons import PLANES, Plane, admissible_polygons, dcm_polytope
+from sim.episode.set_polygons import PLANES, Plane, admissible_polygons
 from sim.set_study.set_report import standing
 
 
@@ -48,7 +50,7 @@ def test_a_corner_is_where_the_slack_is_zero(plane: Plane, pushed: list[float], 
     lift = supervisor.best_step(x)
     stepping = slack_of(lift, supervisor, sets, Heading(0.0))
     slack = {"tracking": stepping, "regulator": supervisor.regulator.softest.slack}
-    found = {one.name: one for one in admissible_polygons(supervisor, x, push=1, planes=(plane,))}
+    found = {one.name: one for one in admissible_polygons(supervisor, robot, x, push=1, planes=(plane,))}
     assert set(found) == {"regulator", "tracking"}
     axes = list(PLANES[plane])
     for name, polygon in found.items():
@@ -83,7 +85,7 @@ def test_feet_that_landed_turned_do_not_turn_the_outline(robot: Robot) -> None:
     assert supervisor.heading.yaw == 0.0
     x = sets.pendulum.rest(supervisor.regulator.bank.centre) + np.array([0.0, 0.5, 0.0, 0.05])
     slack = slack_of(supervisor.best_step(x), supervisor, sets, Heading(0.0))
-    polygons = admissible_polygons(supervisor, x, push=1)
+    polygons = admissible_polygons(supervisor, robot, x, push=1)
     (outline,) = (one.vertices for one in polygons if one.name == "tracking")
     assert len(outline)
     # Corners are found from the same rows.
@@ -103,15 +105,14 @@ def test_a_polygon_of_the_plane_is_turned_and_moved_with_the_foot(robot: Robot) 
 
 
 def test_who_has_no_sets_has_no_polygons(robot: Robot) -> None:
-    for controller, stepping, names in (
-        ("statue", {}, set()),
+    for name, stepping, names in (
         ("regulator", {}, {"regulator"}),
         ("supervisor", {"rule": "polygon"}, {"regulator"}),
     ):
-        scenario = load("three_pushes", {"world": "pendulum", "controller": controller})
-        scenario = scenario.model_copy(update={"stepping": scenario.stepping.model_copy(update=stepping)})
+        scenario = load("three_pushes", {"world": "pendulum", "controller": name, "stepping": stepping})
         controller = make_controller(scenario, robot)
         controller.command(PendulumPlant(scenario, robot).observe())
-        if isinstance(controller, Supervisor):
-            assert not isinstance(controller.rule, SetPolicy)
-        assert {one.name for one in admissible_polygons(controller, np.zeros(4), push=1)} == names
+        assert isinstance(controller, Supervisor)
+        assert not isinstance(controller.rule, SetPolicy)
+        assert {one.name for one in admissible_polygons(controller, robot, np.zeros(4), push=1)} == names
+    assert not isinstance(make_controller(load("quiet", {"controller": "statue"}), robot), Regional)

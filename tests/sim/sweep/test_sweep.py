@@ -48,7 +48,8 @@ def test_rows_say_what_happened(whole: pa.Table) -> None:
         missing |= {name for name in OUTCOME if row["controller"] == "statue" and "_set_" in name}
         missing |= {name for name in OUTCOME if row["controller"] == "statue" and "slack" in name}
         # Who never steps asks no tracking set.
-        missing |= {name for name in OUTCOME if row["controller"] == "regulator" and "tracking_slack" in name}
+        missing |= {name for name in OUTCOME if row["controller"] == "regulator" and "tracking_s" in name}
+        missing |= {name for name in OUTCOME if row["controller"] == "regulator" and "in_tracking_set" in name}
         missing |= {"outside_all"} if row["controller"] == "statue" else set()
         assert {name for name, value in row.items() if value is None} <= missing
         assert (row["time_of_fall"] is None) == (row["outcome"] != "fell")

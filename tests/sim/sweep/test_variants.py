@@ -48,7 +48,7 @@ def test_variants_answer_the_same_pushes(tmp_path: Path) -> None:
         assert scenarios["full"].pushes == scenarios["stiff"].pushes == scenarios["statue"].pushes
         assert scenarios["stiff"].as_dict()["gain"]["k"] == 3.0
         assert scenarios["full"].as_dict()["gain"]["k"] == 1.5
-        assert [scenarios[name].controller for name in scenarios] == ["regulator", "regulator", "statue"]
+        assert [scenarios[name].controller.name for name in scenarios] == ["regulator", "regulator", "statue"]
         assert [scenarios[name].disturbance.delay for name in scenarios] == [0.0, 0.0, 0.01]
 
 

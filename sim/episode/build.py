@@ -1,0 +1,69 @@
+"""The controller and the whole-body layer that a scenario names, built from its fields."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, cast
+
+from pydantic import ValidationError
+
+from controllers.fields import Strict
+from controllers.interface import BalanceController, Setting, WholeBodyLayer
+from controllers.registry import CONTROLLERS, LAYERS, Entry
+from models.errors import InputError, OkiagariError
+from models.robot import Robot
+from scenarios.choice import SHARED, Choice
+from scenarios.error_messages import first_error
+from scenarios.schema import Scenario
+
+
+def make_controller(scenario: Scenario, robot: Robot) -> BalanceController:
+    """The controller of a scenario.
+
+    Raises:
+        InputError: if it is not ours and cannot be built.
+    """
+    entry = CONTROLLERS.entry(scenario.controller.name)
+    shared = {name: getattr(scenario, name) for name in SHARED if name in entry.options.model_fields}
+    options = _options(entry, "controller", scenario.controller.options | shared)
+    layer = None if scenario.world == "pendulum" else LAYERS.entry(layer_of(scenario).name).cls
+    setting = Setting(robot=robot, dt=scenario.timing.control, layer=layer)
+    controller = _built(entry, "controller", setting, options)
+    return cast(BalanceController, controller)
+
+
+def make_layer(scenario: Scenario, robot: Robot) -> WholeBodyLayer:
+    """The whole-body layer of a scenario.
+
+    Raises:
+        InputError: if it is not ours and cannot be built.
+    """
+    choice = layer_of(scenario)
+    entry = LAYERS.entry(choice.name)
+    layer = _built(entry, "whole_body", robot, scenario.timing.control, _options(entry, "whole_body", choice.options))
+    return cast(WholeBodyLayer, layer)
+
+
+def layer_of(scenario: Scenario) -> Choice:
+    """The choice of the whole-body layer: the controller's own, if its class names one, else the scenario's."""
+    own = getattr(CONTROLLERS.entry(scenario.controller.name).cls, "layer", None)
+    return scenario.whole_body if own is None else Choice(name=own)
+
+
+def _options(entry: Entry, field: str, given: Mapping[str, Any]) -> Strict:
+    try:
+        return entry.options.model_validate(dict(given))
+    except ValidationError as error:
+        raise InputError(f"{field}.{first_error(error, entry.options)}") from None
+
+
+def _built(entry: Entry, field: str, *arguments: Any) -> Any:
+    try:
+        return entry.cls(*arguments)
+    except OkiagariError:
+        raise
+    except Exception as error:
+        if entry.is_shipped:
+            raise
+        what = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise InputError(f"{field}: {entry.short!r} cannot be built: {what}") from error
