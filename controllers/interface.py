@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.geometry.polytope import Polytope
-from models.robot import Robot, Side
+if TYPE_CHECKING:
+    from controllers.geometry.polytope import Polytope
+    from models.robot import Robot, Side
 
 Array = NDArray[np.float64]
 
