@@ -48,7 +48,13 @@ MUST_NOT_KNOW = {
     "sim": {"placo", "pinocchio"},
 }
 PACKAGES = ("models", "controllers", "scenarios", "sim")
-FILES = [path for package in PACKAGES for path in sorted((HOUSE / package).glob("**/*.py"))]
+# Examples are a user's files: they come in by the public faces.
+FILES = [
+    path
+    for package in PACKAGES
+    for path in sorted((HOUSE / package).glob("**/*.py"))
+    if path.parent.name != "examples"
+]
 
 
 def room_of(module: str) -> str:

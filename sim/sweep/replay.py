@@ -10,13 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow.compute as pc
+from pydantic import ValidationError
 
 from models.errors import InputError
+from scenarios.error_messages import first_error
 from scenarios.schema import Scenario
 from sim.episode.episode import EpisodeResult, run_episode
-from sim.record.versions import commit, versions
+from sim.record.versions import commit
 from sim.results.table import read_results
-from sim.sweep.worker import CRASHED, happened
+from sim.sweep.worker import CRASHED, happened, makers_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,11 +88,12 @@ def replay(folder: Path, name: str) -> Replay:
         InputError: see `find_row`; or if the robot is gone.
     """
     row = find_row(folder, name)
-    result = run_episode(Scenario.model_validate(json.loads(row["scenario"])))
+    scenario = scenario_of_row(row)
+    result = run_episode(scenario)
     now = happened(result, train=row["train"] is not None)
     changed = {key: (row[key], now[key]) for key in now if not _same(row[key], now[key])}
     before = json.loads(row["versions"]) | {"commit": row["commit"]}
-    after = versions() | {"commit": commit()}
+    after = makers_of(scenario) | {"commit": commit()}
     differ = {key: (before.get(key, "none"), after.get(key, "none")) for key in {**before, **after}}
     return Replay(
         row=row,
@@ -98,6 +101,18 @@ def replay(folder: Path, name: str) -> Replay:
         changed=changed,
         versions={key: pair for key, pair in differ.items() if pair[0] != pair[1]},
     )
+
+
+def scenario_of_row(row: Mapping[str, Any]) -> Scenario:
+    """The scenario that a row was run with.
+
+    Raises:
+        InputError: if it is none any more, for instance since its controller's file is gone.
+    """
+    try:
+        return Scenario.model_validate(json.loads(row["scenario"]))
+    except ValidationError as error:
+        raise InputError(f"episode {row['episode']}: {first_error(error, Scenario)}") from None
 
 
 def crashed(row: Mapping[str, Any]) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.interface import Phase, WholeBodyLayer
+from controllers.registry import CONTROLLERS, LAYERS
 from scenarios.schema import Scenario
 from sim.episode.build import layer_of, make_layer
 from sim.episode.episode import EpisodeResult, run_episode
@@ -86,10 +87,28 @@ def _layer(scenario: Scenario) -> WholeBodyLayer:
     return _layers[key]
 
 
+def makers_of(scenario: Scenario) -> dict[str, str]:
+    """What an episode's bits depend on: versions, and the file of the controller and the layer, if they are files."""
+    found = _versions().copy()
+    named = [(CONTROLLERS, scenario.controller.name)]
+    if scenario.world == "humanoid":
+        named.append((LAYERS, layer_of(scenario).name))
+    for registry, name in named:
+        entry = registry.entry(name)
+        if entry.source is not None:
+            found[entry.short] = entry.source[:12]
+    return found
+
+
 @functools.lru_cache(maxsize=1)
-def _makers() -> dict[str, str]:
-    """Versions and commit of this process, which imported its code once."""
-    return {"versions": json.dumps(versions(), sort_keys=True), "commit": commit()}
+def _versions() -> dict[str, str]:
+    """Of this process, which imported its code once."""
+    return versions()
+
+
+@functools.lru_cache(maxsize=1)
+def _commit() -> str:
+    return commit()
 
 
 def _known(job: Job) -> dict[str, Any]:
@@ -115,7 +134,7 @@ def _known(job: Job) -> dict[str, Any]:
     if first is not None:
         before = push_columns(robot, pushes[0])
         row |= {"first_direction_deg": before["direction_deg"], "first_delta_v": before["delta_v"]}
-    return row | _makers()
+    return row | {"versions": json.dumps(makers_of(job.scenario), sort_keys=True), "commit": _commit()}
 
 
 def happened(result: EpisodeResult, *, train: bool) -> dict[str, Any]:
