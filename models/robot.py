@@ -89,6 +89,11 @@ class Robot:
         """Extent of a sole sideways [m]."""
         return float(np.ptp(self.sole_vertices["left"][:, 1]))
 
+    @property
+    def sole_length(self) -> float:
+        """Extent of a sole forward [m]."""
+        return float(np.ptp(self.sole_vertices["left"][:, 0]))
+
 
 def robot_path(name: str) -> Path:
     """Find a robot's file.

@@ -140,14 +140,14 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
         (PLAIN + "[axes]\ndirection = [0]\n", "axes.delta_v: is missing"),
         (PLAIN + "[axes]\ndelta_v = [0.1]\n", "axes.direction: is missing"),
         (PLAIN + "[axes]\ndelta_v = [nan]\n", "axes.delta_v[0]: nan is not a finite number"),
-        (PLAIN + "[axes]\ndelta_v = [-0.1]\n", "axes.delta_v[0]: -0.1 is not allowed; it must be > 0"),
+        (PLAIN + "[axes]\ndelta_v = [-0.1]\n", "axes.delta_v[0]: -0.1 is not allowed; it must be >= 1e-06"),
         (PLAIN + "[axes]\ndelta_v = 0.1\n", "axes.delta_v: 0.1 is not a list"),
         (PLAIN + "[axes]\nimpulse = [1]\ndelta_v = [0.1]\n", "axes.impulse: give only one"),
         (
             PLAIN + SMALL + "relative = [1]\n",
             "axes.relative: give only one of delta_v [m/s], impulse [N s] and relative",
         ),
-        (PLAIN + "[axes]\ndirection = [0]\nrelative = [0]\n", "axes.relative[0]: 0 is not allowed; it must be > 0"),
+        (PLAIN + "[axes]\nrelative = [0]\n", "axes.relative[0]: 0 is not allowed; it must be >= 0.001"),
         (
             PLAIN
             + "[axes]\nrelative = [1]\n[scenario]\npushes = [{ start = 1.0, vector = [0, 0, 1], delta_v = 1.0 }]\n",
@@ -176,7 +176,7 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
         ),
         (PLAIN + TRAIN.replace("interval = 1.0", ""), "train.interval: is missing; it must be given"),
         (PLAIN + TRAIN.replace("count = 3", "count = 1"), "train.count: 1 is not allowed; it must be >= 2"),
-        (PLAIN + TRAIN.replace("first = 0.5", "first = 0"), "train.first: 0 is not allowed; it must be > 0"),
+        (PLAIN + TRAIN.replace("first = 0.5", "first = 0"), "train.first: 0 is not allowed; it must be >= 0.001"),
         (PLAIN + TRAIN.replace("0.1 #", "-0.1 #"), "train.growth: -0.1 is not allowed; it must be >= 0"),
         (PLAIN + TRAIN + "direction = [9, 1]\n", "train.direction: [9, 1] must be [lowest, highest]"),
         (PLAIN + TRAIN + "[axes]\ndirection = [0]\n", "axes.direction: the train draws its own"),
@@ -190,7 +190,7 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
             "train.interval: 1.0 s must be longer than a push, 1 s, and a control period, 0.002 s",
         ),
         (PLAIN + SMALL + FIRST.replace("gap", "gaps"), "first.gaps: unknown field; did you mean 'gap'?"),
-        (PLAIN + SMALL + FIRST.replace("1.2", "0"), "first.size: 0 is not allowed; it must be > 0"),
+        (PLAIN + SMALL + FIRST.replace("1.2", "0"), "first.size: 0 is not allowed; it must be >= 0.001"),
         (PLAIN + SMALL + FIRST.replace("0.25", "0.002"), "first.gap: 0.002 s must be longer than the control period"),
         (
             PLAIN + SMALL + "start = [2.0, 0.3]\n" + FIRST,
