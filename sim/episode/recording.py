@@ -21,6 +21,7 @@ from controllers.interface import (
     Predictor,
     Regional,
 )
+from controllers.registry import CONTROLLERS
 from models.arena import SIDES
 from models.robot import Robot
 from scenarios.push import Push
@@ -137,6 +138,7 @@ class Recording:
             {
                 "scenario": self._scenario.as_dict(),
                 "robot": robot_facts(self._robot),
+                "controller_source": CONTROLLERS.entry(self._scenario.controller.name).source,
                 "versions": versions(),
                 "commit": commit(),
                 "seed": self._scenario.seed,
@@ -242,6 +244,7 @@ def robot_facts(robot: Robot) -> dict[str, Any]:
     return {
         "name": robot.name,
         "path": robot.path.name,
+        "sha256": robot.sha256,
         "mass": robot.mass,
         "gravity": robot.gravity,
         "cog_height": robot.cog_height,
