@@ -128,8 +128,8 @@ class Suite(Strict):
         description: one line.
         tuned_on: one line for the report: on which seeds and directions the controllers were tuned, and that this
             suite's were held out.
-        scenario: the base: name of a scenario, path of a file, or its fields; at most one push, which gives the
-            push's defaults.
+        scenario: the base: name of a scenario, path of a file, or its fields; its duration and seed are the suite's to
+            decide. At most one push, and none for a train: it gives what axes and random values do not.
         axes: what is crossed.
         random: pushes that are drawn; crossed with the axes.
         train: growing pushes one after another in place of the one push; crossed with the axes.

@@ -119,8 +119,8 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
     (tmp_path / "base.toml").write_text('description = "b"\nseed = 5\n')
     beside = load_suite(written(tmp_path, PLAIN + 'scenario = "base.toml"\n' + SMALL))
     assert beside.base.seed == 5
-    within = load_suite(written(tmp_path, PLAIN + SMALL + "[scenario]\nseed = 6\n"))
-    assert (within.base.seed, within.base.description) == (6, "x")
+    within = load_suite(written(tmp_path, PLAIN + SMALL + "[scenario]\ncontroller = 'statue'\n"))
+    assert (within.base.controller.name, within.base.description) == ("statue", "x")
 
 
 @pytest.mark.parametrize(
@@ -200,6 +200,27 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
             PLAIN + SMALL + "start = [0.4]\n[replica]\ntime = 0.1\n" + FIRST,
             "axes.start: 0.3 s is too early; the first push begins 0.35 s before it",
         ),
+        # What the base says is not passed over in silence.
+        (PLAIN + 'scenario = "push_left"\n' + TRAIN, "scenario: has a push, and the train draws its own"),
+        (PLAIN + 'scenario = "push_left"\n' + SMALL + "start = [1.0]\n", "a push of which the axes replace everything"),
+        (
+            PLAIN + SMALL + "[scenario]\npushes = [{ start = 1.0, vector = [0, 1, 1], delta_v = 1.0 }]\n",
+            "axes.direction: the base scenario's push goes along a vector, [0.0, 1.0, 1.0], which none of them is",
+        ),
+        (PLAIN + SMALL + "[scenario]\nseed = 6\n", "scenario.seed: 6 is not allowed; the suite decides it"),
+        (PLAIN + SMALL + "[scenario]\nduration = 9.0\n", "scenario.duration: 9.0 is not allowed; the suite decides it"),
+        # Numbers at the rim.
+        (PLAIN + "[axes]\ndelta_v = [1e9]\n", "axes.delta_v[0]: 1000000000.0 is not allowed; it must be <= 20"),
+        (PLAIN + "[axes]\nstart = [1e308]\n", "axes.start[0]: 1e+308 is not allowed; it must be <= 3600"),
+        (PLAIN + "[axes]\nduration = [1e-9]\n", "axes.duration[0]: 1e-09 is not allowed; it must be >= 0.0001"),
+        (PLAIN + "[axes]\nmass_scale = [1e-300]\n", "axes.mass_scale[0]: 1e-300 is not allowed; it must be >= 0.1"),
+        (PLAIN + TRAIN.replace("count = 3", "count = 1000000000"), "train.count: 1000000000 is not allowed"),
+        (PLAIN + TRAIN.replace("1.0", "1000").replace("3", "9"), "axes.start: the last push begins as late as 8001 s"),
+        (
+            PLAIN + "replicas = 9\n" + SMALL + "[replica]\nshift = 1000\n",
+            "axes.start: the last push begins as late as 8001 s, so that its episode lasts 8006.1 s; at most 3600 s",
+        ),
+        ("x = " + "[" * 2000 + "]" * 2000, "more than 20 deep"),
         (PLAIN + 'tuned_on = "a\\nb"\n' + SMALL, "tuned_on: 'a\\nb' is not one line of text"),
         ("description = ", "not a TOML file"),
         ("", "description: is missing"),
