@@ -2,7 +2,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: install demo test recovery bench lint clean
+.PHONY: install demo test fuzz recovery bench lint clean
 
 install: $(READY)
 
@@ -19,6 +19,10 @@ demo: install
 
 test: install
 	$(BIN)/python -m pytest
+
+# Mutated scenarios, suites, robots and command lines: none may end in a traceback, hang or leave a folder half written.
+fuzz: install
+	$(BIN)/python -m tests.fuzz --seed $(or $(SEED),0) --count 10000
 
 # The smoke suite against the committed baseline: did recovery get worse?
 recovery: install

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from controllers.fields import WHOLE, Strict, conflict, snap
 from controllers.options import DcmGain, GainOptions, Stepping
@@ -13,13 +13,15 @@ from scenarios.choice import Choice, ControllerChoice, LayerChoice
 from scenarios.push import LONGEST, Push
 
 World = Literal["humanoid", "pendulum"]
-Pose = Annotated[float, Field(ge=0, le=1)]
+# Of -0.0, which is not below 0, numpy makes no deviation.
+_UNSIGNED = AfterValidator(abs)
+Pose = Annotated[float, Field(ge=0, le=1), _UNSIGNED]
 # Far beyond what a controller could be expected to bear with.
 MassScale = Annotated[float, Field(ge=0.1, le=10)]
 Friction = Annotated[float, Field(ge=1e-4, le=10)]
 Delay = Annotated[float, Field(ge=0, le=1)]
-PositionNoise = Annotated[float, Field(ge=0, le=1)]
-VelocityNoise = Annotated[float, Field(ge=0, le=10)]
+PositionNoise = Annotated[float, Field(ge=0, le=1), _UNSIGNED]
+VelocityNoise = Annotated[float, Field(ge=0, le=10), _UNSIGNED]
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 
 

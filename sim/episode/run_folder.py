@@ -48,8 +48,8 @@ def check_target(target: Path, *, overwrite: bool) -> None:
     Raises:
         InputError: if it may not.
     """
-    if not target.exists():
-        parent = next(folder for folder in target.absolute().parents if folder.exists())
+    if not os.path.exists(target):  # False, too, for a name that no system can have
+        parent = next(folder for folder in target.absolute().parents if os.path.exists(folder))
         if not (parent.is_dir() and os.access(parent, os.W_OK | os.X_OK)):
             raise InputError(f"--out: {str(target)!r} cannot be made; {parent} must be a folder that you may write to")
         return

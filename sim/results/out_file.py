@@ -19,9 +19,9 @@ def check_file(path: Path, option: str) -> None:
     Raises:
         InputError: if it is a folder, or no file can be made there.
     """
-    if path.is_dir():
+    if os.path.isdir(path):
         raise InputError(f"{option}: {str(path)!r} is a folder; it must be a file")
-    place = next(parent for parent in path.absolute().parents if parent.exists())
+    place = next(parent for parent in path.absolute().parents if os.path.exists(parent))
     if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
         why = "may not be written to" if place.is_dir() else "is not a folder"
         raise InputError(f"{option}: {str(path)!r} cannot be written: {str(place)!r} {why}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from pathlib import Path
 
@@ -202,6 +203,25 @@ WRONG = {
     "nested lists": ("x = " + "[" * 2000 + "]" * 2000 + "\n", ["more than 20 deep"]),
     "nested tables": ("x" + ".x" * 2000 + " = 1\n", ["more than 20 deep"]),
 }
+
+
+def test_no_deviation_may_be_written_with_a_sign(tmp_path: Path) -> None:
+    scenario = load(written(tmp_path, "[variation]\npose = -0.0\n[disturbance]\nnoise_velocity = -0.0\n"))
+    assert math.copysign(1.0, scenario.variation.pose) == 1.0
+    assert math.copysign(1.0, scenario.disturbance.noise_velocity) == 1.0
+
+
+NOWHERE = ["a\\u0000b", "x" * 5000, "y/" * 2100 + "z"]
+
+
+@pytest.mark.parametrize("name", NOWHERE, ids=["nul", "long", "deep"])
+def test_a_name_that_no_file_can_have_is_told(name: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"mine\.toml: controller: .* there is no file"):
+        load(written(tmp_path, f'controller = "{name}.py:Class"\n'))
+    with pytest.raises(InputError, match=r"robot: no file"):
+        load_robot(load(written(tmp_path, f'robot = "{name}.xml"\n')).robot)
+    with pytest.raises(InputError, match=r"scenario: no file"):
+        load(name + ".toml")
 
 
 @pytest.mark.parametrize("what", WRONG)
