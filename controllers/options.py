@@ -94,6 +94,7 @@ class Stepping(Strict):
         step_times: durations of a step to choose among [s], whole control periods; "polygon" takes the first.
         max_steps: most steps that the sets look ahead; 1 also means that no step follows another at once.
         zmp_margin: distance that the ZMP keeps from the edges of the stance sole [m].
+        zmp_error: largest error of the realised ZMP along each axis [m] that all sets withstand.
         max_stride: longest way of a foot from beside the other one [m].
         swing_height: highest point of the swing foot's sole over the floor [m].
         replan: whether foothold and ZMP are chosen anew at every tick; else the foothold stays that of the lift-off.
@@ -105,6 +106,7 @@ class Stepping(Strict):
     step_times: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)] = (0.12, 0.15, 0.18)
     max_steps: int = Field(default=8, ge=1, le=20)
     zmp_margin: NotNegative = 0.008
+    zmp_error: NotNegative = 0.0
     max_stride: Positive = 0.28
     swing_height: Positive = 0.025
     replan: bool = True

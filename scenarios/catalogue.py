@@ -92,6 +92,13 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
             raise InputError(
                 f"{source}: stepping.{field}: {length!r} m is longer than {robot.name}'s legs, {robot.leg_length:.3g} m"
             )
+    room = 0.5 * robot.sole_width - stepping.zmp_margin
+    if 2 * stepping.zmp_error >= room > 0.0:
+        raise InputError(
+            f"{source}: stepping.zmp_error: {stepping.zmp_error!r} m leaves nothing of {robot.name}'s sole, which is "
+            f"{robot.sole_width:.3g} m wide, and {stepping.zmp_margin:g} m of it are margin; "
+            f"it must be below {0.5 * room:.3g} m"
+        )
     if 2 * stepping.zmp_margin >= robot.sole_width:
         raise InputError(
             f"{source}: stepping.zmp_margin: {stepping.zmp_margin!r} m leaves nothing of {robot.name}'s sole, "

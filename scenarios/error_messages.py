@@ -11,6 +11,8 @@ from pydantic import BaseModel, ValidationError
 _LIMITS = {"greater_than": ("gt", ">"), "greater_than_equal": ("ge", ">="), "less_than_equal": ("le", "<=")}
 _KINDS = {
     "float_type": "a number",
+    "float_parsing": "a number",
+    "int_parsing": "a whole number",
     "int_type": "a whole number",
     "string_type": "a text",
     "tuple_type": "a list",

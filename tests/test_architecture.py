@@ -50,10 +50,7 @@ MUST_NOT_KNOW = {
 PACKAGES = ("models", "controllers", "scenarios", "sim")
 # Examples are a user's files: they come in by the public faces.
 FILES = [
-    path
-    for package in PACKAGES
-    for path in sorted((HOUSE / package).glob("**/*.py"))
-    if path.parent.name != "examples"
+    path for package in PACKAGES for path in sorted((HOUSE / package).glob("**/*.py")) if path.parent.name != "examples"
 ]
 
 

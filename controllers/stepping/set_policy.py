@@ -63,6 +63,7 @@ class SetPolicy:
                 options.step_times,
                 options.max_steps,
                 options.zmp_margin,
+                options.zmp_error,
             )
             for reach in (replace(limits, swing_acceleration=math.inf), limits)
         )
@@ -139,5 +140,8 @@ def _sets(
     step_times: tuple[float, ...],
     max_steps: int,
     edge: float,
+    zmp_error: float,
 ) -> StepSets:
-    return step_sets(Pendulum(omega, dt), gain_k, np.array(sole), limits, step_times, max_steps, edge=edge)
+    return step_sets(
+        Pendulum(omega, dt), gain_k, np.array(sole), limits, step_times, max_steps, edge=edge, zmp_error=zmp_error
+    )

@@ -92,7 +92,7 @@ class Supervisor:
 
     def _learn_to_step(self, *, on_body: bool) -> None:
         """Make the policy of the steps, the softer gains before a step, and the prediction."""
-        self._gains = with_softer(self.pendulum, self._gains[0])
+        self._gains = with_softer(self.robot, self.pendulum, self._gains[0], self.options)
         asked = self.robot, self.pendulum, self.options
         self.rule, self.recoverability = step_policy(*asked), recoverability(*asked, on_body=on_body)
 
@@ -203,7 +203,9 @@ class Supervisor:
 
     def _settle(self) -> None:
         """The double support is another one, and so are its sets."""
-        self.regulator = Regulator.at(self.pendulum, self._gains, dict(self._contacts.feet))
+        self.regulator = Regulator.at(
+            self.pendulum, self._gains, dict(self._contacts.feet), zmp_error=self.options.zmp_error
+        )
 
     def _stand(self, seen: _Seen, slack: float) -> None:
         """Stay with the regulator, in whose sets the state has this slack, or begin a step."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from sim.cli.numbers import at_least
+from sim.cli.numbers import whole
 
 if TYPE_CHECKING:
     from sim.analysis.baseline import Baseline
@@ -63,7 +63,7 @@ def report(
         Path | None, typer.Option(metavar="FILE", help="Page to write.", show_default="DIR/report.html")
     ] = None,
     failures: Annotated[
-        int, typer.Option(parser=at_least(0), metavar="N", help="Failures to run again and show frames of.")
+        int, typer.Option(parser=whole, metavar="N", help="Failures to run again and show frames of.")
     ] = 4,
 ) -> None:
     """Write one page, complete in itself, that says what was run and what came of it."""

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from models.errors import InputError
+from sim.cli.numbers import not_negative
 
 if TYPE_CHECKING:
     from scenarios.schema import Scenario
@@ -52,19 +52,31 @@ def register(app: typer.Typer, open_scenario: Callable[[str, dict[str, object]],
         for name in (*PICTURES, NUMBERS):
             print(out / name)
 
-    @app.command(epilog="Example: okiagari sets three_pushes --json")
+    @app.command(epilog="Example: okiagari sets three_pushes --zmp-error 0.005 --delay 0.004")
     def sets(
         scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario (okiagari list), or a .toml file.")],
+        zmp_error: Annotated[
+            float,
+            typer.Option(
+                parser=not_negative, metavar="M", help="Show, too, the sets that withstand such errors of the ZMP."
+            ),
+        ] = 0.0,
+        delay: Annotated[
+            float,
+            typer.Option(parser=not_negative, metavar="S", help="Show, too, the regulators' sets with so late a ZMP."),
+        ] = 0.0,
         as_json: Annotated[bool, typer.Option("--json", help="For machines.")] = False,
     ) -> None:
         """Print the sets of a scenario: rows, certificate, and how hard a push they hold, in eight directions."""
+        from sim.presenter.render import print_sections
+        from sim.presenter.set_sections import set_sections
         from sim.set_study.set_report import set_report
-        from sim.set_study.set_report_print import print_report
 
         chosen = open_scenario(scenario, {})
         with progress("computing", 1.0) as advance:
-            report = set_report(chosen, progress=advance)
+            report = set_report(chosen, zmp_error=zmp_error, delay=delay, progress=advance)
         if as_json:
             print(json.dumps(report, indent=1))
         else:
-            print_report(report, Console(highlight=False))
+            print(chosen.description)
+            print_sections(set_sections(report))

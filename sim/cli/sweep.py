@@ -12,7 +12,7 @@ from models.errors import InputError
 from scenarios.schema import World
 from scenarios.suite import MANY
 from scenarios.suite_catalogue import LoadedSuite, in_world, load_suite
-from sim.cli.numbers import at_least
+from sim.cli.numbers import positive
 
 # What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
 
@@ -46,7 +46,7 @@ def sweep(
         Path | None, typer.Option(help="Folder to write, or to go on with.", show_default="out/sweep-SUITE")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(parser=at_least(1), metavar="N", help="Processes.", show_default="one a core")
+        int | None, typer.Option(parser=positive, metavar="N", help="Processes.", show_default="one a core")
     ] = None,
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, instead of processes of this machine.")

@@ -51,8 +51,8 @@ REFUSED = {
     "missing suite": ("sweep gone.toml", "suite: no file 'gone.toml'"),
     "folder as suite": ("sweep done", "suite: 'done' is neither one of|nor a path to a .toml file"),
     "unknown world": ("sweep smoke --world pendulun", "'--world': 'pendulun' is not one of 'humanoid', 'pendulum'"),
-    "no workers": ("sweep smoke --workers 0", "--workers|0 is not allowed; it must be >= 1"),
-    "fewer workers": ("sweep smoke --workers -2", "--workers|-2 is not allowed; it must be >= 1"),
+    "no workers": ("sweep smoke --workers 0", "--workers|'0' is not allowed; it must be >= 1"),
+    "fewer workers": ("sweep smoke --workers -2", "--workers|'-2' is not allowed; it must be >= 1"),
     "half a worker": ("sweep smoke --workers 1.5", "--workers|'1.5' is not a whole number"),
     "folder of another suite": (
         "sweep short.toml --out done",
@@ -68,7 +68,7 @@ REFUSED = {
     "ablation of no variants": ("ablation done", "'done' is of the suite 'made_up', which has no variants to compare"),
     "ablation of a suite without": ("ablation --suite smoke", "smoke.toml: variants: is missing"),
     "ablation of nothing": ("ablation gone", "'gone' is not the folder of a sweep: there is no such folder"),
-    "ablation by nobody": ("ablation --workers -1", "--workers|-1 is not allowed; it must be >= 1"),
+    "ablation by nobody": ("ablation --workers -1", "--workers|'-1' is not allowed; it must be >= 1"),
     "bars of no kind": ("ablation --picture x.pdf", "--picture: 'x.pdf' must end in .png or .svg"),
     "bars in a file": (
         "ablation --picture done.json/x.png",
@@ -87,7 +87,7 @@ REFUSED = {
     "hardest of one push": ("hardest single", "there are no thresholds"),
     "report of nothing": ("report gone", "'gone' is not the folder of a sweep: there is no such folder"),
     "report of a damaged sweep": ("report broken", "broken/sweep.json: damaged; delete it and repeat the sweep"),
-    "report of fewer failures": ("report done --failures -1", "--failures|-1 is not allowed; it must be >= 0"),
+    "report of fewer failures": ("report done --failures -1", "--failures|'-1' is not allowed; it must be >= 0"),
     "report as a folder": ("report done --out empty", "--out: 'empty' is a folder; it must be a file"),
     "report in a file": (
         "report done --out done.json/x.html",
