@@ -67,6 +67,17 @@ class Disturbance(Strict):
     noise_velocity: NotNegative = 0.0
 
 
+class Judge(Strict):
+    """What counts as recovered.
+
+    Attributes:
+        rest: "still": no step is under way and the COG is slower than 0.05 m/s; "upright": it may march in place, and
+            the COG has moved by less than 0.1 m in the last second.
+    """
+
+    rest: Literal["still", "upright"] = "still"
+
+
 class Scenario(Strict):
     """One experiment.
 
@@ -79,7 +90,7 @@ class Scenario(Strict):
         whole_body: how the balance command becomes joint targets, named likewise by `controllers.registry.LAYERS`.
         duration: length of the episode [s].
         seed: of everything that is drawn.
-        timing, gain, stepping, variation, disturbance, pushes: see there; the pushes in order of time, no two in
+        timing, gain, stepping, variation, disturbance, judge, pushes: see there; the pushes in order of time, no two in
             one control period.
     """
 
@@ -95,6 +106,7 @@ class Scenario(Strict):
     stepping: Stepping = Stepping()
     variation: Variation = Variation()
     disturbance: Disturbance = Disturbance()
+    judge: Judge = Judge()
     pushes: Annotated[tuple[Push, ...], Field(strict=False)] = ()
 
     @model_validator(mode="after")

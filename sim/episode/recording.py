@@ -16,6 +16,7 @@ from controllers.interface import (
     BalanceCommand,
     BalanceController,
     Decision,
+    JointController,
     JointTargets,
     Observation,
     Phase,
@@ -34,6 +35,10 @@ from sim.record.trace import Trace, TraceRecorder
 from sim.record.versions import commit, versions
 
 Array = NDArray[np.float64]
+
+
+# A foot that carries nothing for less than this has bounced and not stepped [s].
+BOUNCE = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +90,12 @@ class Recording:
     """
 
     def __init__(
-        self, scenario: Scenario, plant: Plant, controller: BalanceController | None, *, polygons: bool = False
+        self,
+        scenario: Scenario,
+        plant: Plant,
+        controller: BalanceController | JointController | None,
+        *,
+        polygons: bool = False,
     ) -> None:
         """Make room for the whole episode.
 
@@ -105,7 +115,13 @@ class Recording:
         self._recorder = TraceRecorder(scenario.ticks, joints=joints)
         self._at = _Columns(self._recorder, joints is not None)
         last = max((push.end for push in scenario.pushes), default=None)
-        self._early = EarlyEnd(self._recorder.index, cog_height=robot.cog_height, last_push=last)
+        self._early = EarlyEnd(
+            self._recorder.index,
+            cog_height=robot.cog_height,
+            last_push=last,
+            rest=scenario.judge.rest,
+            period=self.period,
+        )
         self._ended: dict[int, dict[str, Any]] = {}
         self._support: tuple[list[float], SupportPolygon] | None = None
         self._row = np.empty(0)
@@ -128,7 +144,7 @@ class Recording:
         row[at.cog : at.cog + 3] = observation.cog
         row[at.cog + 3 : at.cog + 6] = observation.cog_velocity
         row[at.zmp : at.zmp + 2] = observation.zmp
-        stands = standing_feet(observation, action)
+        stands = self._steps.standing(observation, action)
         if isinstance(action, BalanceCommand):
             row[at.zmp + 2 : at.zmp + 4] = action.zmp
             phase = action.phase
@@ -252,24 +268,27 @@ class Recording:
 
 
 class StepCount:
-    """Counts the feet that stood and do not any more."""
+    """Counts the feet that stood and do not any more: by what is commanded or, under joint targets, by contact."""
 
     def __init__(self) -> None:
         self._count = 0
         self._stood: dict[Side, bool] = dict.fromkeys(SIDES, True)
+        self._loaded: dict[Side, float] = dict.fromkeys(SIDES, -math.inf)
+
+    def standing(self, observation: Observation, action: Action) -> dict[Side, bool]:
+        """Which feet are to stand by an action or, if it is of the joints, have carried weight just now."""
+        if not isinstance(action, JointTargets):
+            return {side: action.feet[side].stance for side in SIDES}
+        for side in SIDES:
+            if observation.feet[side].force > 0.0 or self._loaded[side] == -math.inf:
+                self._loaded[side] = observation.time
+        return {side: observation.time - self._loaded[side] < BOUNCE for side in SIDES}
 
     def see(self, stands: dict[Side, bool]) -> int:
         """Steps begun so far, with those of this tick."""
         self._count += sum(self._stood[side] and not stands[side] for side in SIDES)
         self._stood = stands
         return self._count
-
-
-def standing_feet(observation: Observation, action: Action) -> dict[Side, bool]:
-    """Which feet are to stand by an action, or, if it is of the joints, which carry weight."""
-    if isinstance(action, JointTargets):
-        return {side: observation.feet[side].force > 0.0 for side in SIDES}
-    return {side: action.feet[side].stance for side in SIDES}
 
 
 class _Columns:

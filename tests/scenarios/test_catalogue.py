@@ -72,6 +72,7 @@ def test_defaults_are_those_of_the_format(tmp_path: Path) -> None:
             "step_times": [0.12, 0.15, 0.18],
             "max_steps": 8,
             "zmp_margin": 0.008,
+            "zmp_error": 0.0,
             "max_stride": 0.28,
             "swing_height": 0.025,
             "replan": True,
@@ -80,6 +81,7 @@ def test_defaults_are_those_of_the_format(tmp_path: Path) -> None:
         },
         "variation": {"pose": 0.002},
         "disturbance": {"mass_scale": 1.0, "delay": 0.0, "noise_position": 0.0, "noise_velocity": 0.0},
+        "judge": {"rest": "still"},
         "pushes": [
             {
                 "start": 3.0,
