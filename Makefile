@@ -2,7 +2,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: install demo test recovery bench lint clean
+.PHONY: install extras demo test recovery bench lint clean
 
 install: $(READY)
 
@@ -12,6 +12,10 @@ $(READY): pyproject.toml constraints.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt setuptools wheel
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev]'
 	@touch $@
+
+# What is optional: Gymnasium, trained policies.
+extras: install
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev,gym,onnx]'
 
 demo: install
 	$(BIN)/okiagari run three_pushes --world pendulum --out out/demo/pendulum --overwrite
