@@ -136,11 +136,6 @@ class Polytope:
             return rows[_irredundant_by_programs(S, a)]
         return rows[np.sort(hull.vertices)]
 
-    def pruned(self) -> Polytope:
-        """The same set by its irredundant rows."""
-        rows = self.irredundant()
-        return Polytope(S=self.S[rows], a=self.a[rows])
-
     def slice(self, axes: Sequence[int], at: ArrayLike) -> Polytope:
         """The cut {y : x in the set, x[axes] = y, the other coordinates as in `at`}.
 

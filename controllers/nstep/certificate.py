@@ -14,6 +14,7 @@ import numpy as np
 
 from controllers.geometry.support_polygon import Foot, support_polygon
 from controllers.nstep.box import Box, box_corners, box_of, within
+from controllers.nstep.foothold import choose_foothold
 from controllers.nstep.step_limits import StepLimits
 from controllers.nstep.step_sets import StepSets
 from models.errors import InputError
@@ -126,7 +127,7 @@ def certify_steps(sets: StepSets, *asked: *Asked, margin: float = 0.0) -> StepCe
 
     Args:
         sets: the sets; with errors of the ZMP the witness is that of no error.
-        asked: dcm, stance, time_left, swing, step_time, steps: the arguments of `StepSets.foothold`.
+        asked: dcm, stance, time_left, swing, step_time, steps: the arguments of `choose_foothold`.
         margin: slack [m] that the steps of a witness look for.
 
     Raises:
@@ -153,7 +154,7 @@ def _witness(sets: StepSets, question: Question, margin: float) -> Witness:
     found = []
     for left in range(question.steps, 0, -1):
         outward = sets.limits.stance_width if question.stance == "right" else -sets.limits.stance_width
-        step = sets.foothold(*question, toward=np.array([0.0, outward]), margin=margin, held=True)
+        step = choose_foothold(sets, *question, toward=np.array([0.0, outward]), margin=margin, held=True)
         found.append((place + step.position, place + step.zmp, place + step.landing_dcm, step.slack))
         place = place + step.position
         question = Question(

@@ -12,10 +12,10 @@ import typer
 from models.errors import InputError
 from sim.cli.report import tell_unfinished
 
-Progress = Callable[[str, float], AbstractContextManager[Callable[[float], None] | None]]
+ProgressBar = Callable[[str, float], AbstractContextManager[Callable[[float], None] | None]]
 
 
-def register(app: typer.Typer, progress: Progress) -> None:
+def register(app: typer.Typer, progress: ProgressBar) -> None:
     """Add the command to the program.
 
     Args:

@@ -16,10 +16,12 @@ from sim.cli.numbers import not_negative
 if TYPE_CHECKING:
     from scenarios.schema import Scenario
 
-Progress = Callable[[str, float], AbstractContextManager[Callable[[float], None] | None]]
+ProgressBar = Callable[[str, float], AbstractContextManager[Callable[[float], None] | None]]
 
 
-def register(app: typer.Typer, open_scenario: Callable[[str, dict[str, object]], Scenario], progress: Progress) -> None:
+def register(
+    app: typer.Typer, open_scenario: Callable[[str, dict[str, object]], Scenario], progress: ProgressBar
+) -> None:
     """Add `okiagari figures` and `okiagari sets`.
 
     Args:

@@ -85,14 +85,14 @@ def run_suite(
         raise InputError(f"{loaded.path}: makes {count} episodes; more than {MANY} are run only with --yes")
 
     from sim.sweep import executors
-    from sim.sweep.progress import Progress
+    from sim.sweep.progress import SweepDisplay
     from sim.sweep.sweep import run_sweep
 
     if cluster is not None:
         chosen = executors.cluster(cluster)
     else:
         chosen = executors.local(workers or len(os.sched_getaffinity(0)))
-    with chosen as who, Progress(loaded.name) as progress:
+    with chosen as who, SweepDisplay(loaded.name) as progress:
         run_sweep(loaded, folder, who, progress=progress)
 
 

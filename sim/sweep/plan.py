@@ -38,7 +38,7 @@ _STREAM = 2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Episode:
+class PlannedEpisode:
     """One episode of a suite.
 
     Attributes:
@@ -69,7 +69,7 @@ class Series:
     """
 
     name: str
-    episodes: tuple[Episode, ...]
+    episodes: tuple[PlannedEpisode, ...]
     stop_after: int | None = None
 
 
@@ -81,7 +81,7 @@ def plan(loaded: LoadedSuite) -> list[Series]:
     """
     suite, adaptive = loaded.suite, loaded.suite.adaptive
     check = _checker(loaded)
-    groups: dict[str, list[Episode]] = {}
+    groups: dict[str, list[PlannedEpisode]] = {}
     for asked, design in itertools.product(_conditions(loaded), _designs(suite)):
         for replica in range(suite.replicas):
             parameters = asked | {"replica": replica} | design
@@ -95,7 +95,7 @@ def plan(loaded: LoadedSuite) -> list[Series]:
                 series = _hash(loaded, {key: value for key, value in alike.items() if key != "replica"})
             drawn = asked | {"replica": replica}
             seed = _seed(loaded, {key: value for key, value in drawn.items() if key not in _WHO})
-            episode = Episode(name=name, suite=loaded.name, series=series, seed=seed, parameters=parameters)
+            episode = PlannedEpisode(name=name, suite=loaded.name, series=series, seed=seed, parameters=parameters)
             groups.setdefault(series, []).append(episode)
             check(episode)
     names = [episode.name for group in groups.values() for episode in group]
@@ -169,7 +169,7 @@ def _draw(random: Random, seed: int, number: int) -> dict[str, float]:
     return {name: round(float(stream(seed, number, name).uniform(*span)), DIGITS) for name, span in spans}
 
 
-def scenario_of(loaded: LoadedSuite, episode: Episode) -> Scenario:
+def scenario_of(loaded: LoadedSuite, episode: PlannedEpisode) -> Scenario:
     """The scenario of an episode.
 
     Raises:
@@ -232,11 +232,11 @@ def _robot(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> Robot:
         raise InputError(f"{loaded.path}: {error}") from None
 
 
-def _checker(loaded: LoadedSuite) -> Callable[[Episode], None]:
+def _checker(loaded: LoadedSuite) -> Callable[[PlannedEpisode], None]:
     """Checks whether parameters fit together and to their robot, once for each that matters to that."""
     known = set()
 
-    def check(episode: Episode) -> None:
+    def check(episode: PlannedEpisode) -> None:
         key = tuple(bool(value) if name == "height" else value for name, value in _fitting(episode.parameters))
         if key in known:
             return

@@ -25,7 +25,7 @@ from sim.results.prediction import prediction_columns
 from sim.results.push_size import push_columns, robot_named
 from sim.results.table import COLUMNS
 from sim.results.train import train_columns
-from sim.sweep.plan import Episode
+from sim.sweep.plan import PlannedEpisode
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ _ROUNDING = 1e-9
 class Job:
     """What a worker is sent: an episode and its scenario, as run."""
 
-    episode: Episode
+    episode: PlannedEpisode
     scenario: Scenario
 
 

@@ -16,7 +16,7 @@ from tests.controllers.stances import GAINS, PENDULUM, STANCES, walk
 
 
 @pytest.mark.parametrize("gain", GAINS)
-@pytest.mark.parametrize("error", [None, ZmpError.disc(0.002)])
+@pytest.mark.parametrize("error", [None, ZmpError.box(0.002)])
 def test_regulator_sets_certify_themselves(gain: str, error: ZmpError | None) -> None:
     moa = regulator_set(PENDULUM, GAINS[gain], STANCES["yawed"], error=error)
     certificate = certify(moa, planes=())

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from controllers.admissible.limits import capturability
+from controllers.admissible.limits import capturability_steps
 from controllers.nstep.step_limits import StepLimits
 from controllers.pendulum import Pendulum
 from models.robot import load_robot
@@ -118,7 +118,7 @@ def test_step_limit_is_koolens_where_both_feet_step_alike() -> None:
     reach = feet["left"].sole[:, 0].max() + feet["left"].position[0] - centre[0]
     for steps in range(4):
         forward = step_limit(pendulum, feet, limits, centre, 0.0, 0.3, steps)
-        koolen = pendulum.omega * capturability(pendulum, reach, 0.1, 0.3, steps)
+        koolen = pendulum.omega * capturability_steps(pendulum, reach, 0.1, 0.3, steps)[-1]
         assert forward == pytest.approx(koolen, rel=1e-9)
 
 

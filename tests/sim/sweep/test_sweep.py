@@ -15,7 +15,7 @@ from sim.results import table as results
 from sim.results.table import COLUMNS, OUTCOME, PARAMETERS, SCHEMA, read_results
 from sim.sweep import store as sweep_store
 from sim.sweep.executors import Workers, local
-from sim.sweep.plan import Episode, Series, plan
+from sim.sweep.plan import PlannedEpisode, Series, plan
 from sim.sweep.scheduler import Scheduler
 from sim.sweep.sweep import run_sweep
 from sim.sweep.worker import trace_hash
@@ -133,7 +133,9 @@ def test_rows_are_bundled_and_none_is_counted_twice(
 
 
 def series(name: str, length: int, stop_after: int | None) -> Series:
-    episodes = tuple(Episode(name=f"{name}{i}", suite="s", series=name, seed=0, parameters={}) for i in range(length))
+    episodes = tuple(
+        PlannedEpisode(name=f"{name}{i}", suite="s", series=name, seed=0, parameters={}) for i in range(length)
+    )
     return Series(name=name, episodes=episodes, stop_after=stop_after)
 
 
