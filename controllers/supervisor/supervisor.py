@@ -123,7 +123,7 @@ class Supervisor:
 
     @property
     def slacks(self) -> tuple[float, float]:
-        """Slack of the last tick's state in the regulator's sets [m of ZMP], in those of the steps [m of DCM] or NaN."""
+        """Slack of the last tick's state in the regulator's sets [m of ZMP], in the steps' [m of DCM] or NaN."""
         return self._slacks
 
     def command(self, observation: Observation) -> BalanceCommand:

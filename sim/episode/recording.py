@@ -17,28 +17,24 @@ from controllers.interface import (
     BalanceController,
     Decision,
     JointController,
-    JointTargets,
     Observation,
     Phase,
     Predictor,
     Regional,
 )
 from models.arena import SIDES
-from models.robot import Robot, Side
+from models.robot import Robot
 from scenarios.push import Push
 from scenarios.schema import Scenario
 from sim.episode.plant import Action, Condition, Effort, Plant
 from sim.episode.set_polygons import Plane, SetPolygon, admissible_polygons
+from sim.episode.step_count import StepCount
 from sim.record.motors import MotorLog, MotorUse
 from sim.record.outcome import EarlyEnd
 from sim.record.trace import Trace, TraceRecorder
 from sim.record.versions import commit, versions
 
 Array = NDArray[np.float64]
-
-
-# A foot that carries nothing for less than this has bounced and not stepped [s].
-BOUNCE = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -265,30 +261,6 @@ class Recording:
             soles = [Foot(position=foot.position[:2], yaw=foot.yaw, sole=sole) for foot in feet]
             self._support = known = key, support_polygon(soles)
         return known[1].slack(observation.zmp)
-
-
-class StepCount:
-    """Counts the feet that stood and do not any more: by what is commanded or, under joint targets, by contact."""
-
-    def __init__(self) -> None:
-        self._count = 0
-        self._stood: dict[Side, bool] = dict.fromkeys(SIDES, True)
-        self._loaded: dict[Side, float] = dict.fromkeys(SIDES, -math.inf)
-
-    def standing(self, observation: Observation, action: Action) -> dict[Side, bool]:
-        """Which feet are to stand by an action or, if it is of the joints, have carried weight just now."""
-        if not isinstance(action, JointTargets):
-            return {side: action.feet[side].stance for side in SIDES}
-        for side in SIDES:
-            if observation.feet[side].force > 0.0 or self._loaded[side] == -math.inf:
-                self._loaded[side] = observation.time
-        return {side: observation.time - self._loaded[side] < BOUNCE for side in SIDES}
-
-    def see(self, stands: dict[Side, bool]) -> int:
-        """Steps begun so far, with those of this tick."""
-        self._count += sum(self._stood[side] and not stands[side] for side in SIDES)
-        self._stood = stands
-        return self._count
 
 
 class _Columns:

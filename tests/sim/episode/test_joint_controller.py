@@ -16,7 +16,7 @@ from scenarios.schema import Scenario
 from sim.cli.app import main
 from sim.episode.episode import Episode, run_episode
 from sim.episode.plant import make_plant
-from sim.episode.recording import StepCount
+from sim.episode.step_count import StepCount
 from sim.record.outcome import Result
 from tests.controllers.sight import seen
 
