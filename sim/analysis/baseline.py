@@ -15,7 +15,8 @@ from models.errors import InputError
 from sim.analysis.frame import as_frame, distinct, load_rows, records, recovered
 from sim.analysis.summary import is_finished
 from sim.analysis.thresholds import thresholds
-from sim.results.table import LATER, PARAMETERS, SCHEMA, read_sweep, write_bytes
+from sim.results.columns import LATER, PARAMETERS, SCHEMA
+from sim.results.table import read_sweep, write_bytes
 from sim.results.train import SURVIVED
 
 _KIND = "okiagari baseline"

@@ -21,9 +21,9 @@ from sim.episode.build import layer_of, make_layer
 from sim.episode.episode import EpisodeResult, run_episode
 from sim.record.motors import MotorUse
 from sim.record.versions import commit, versions
+from sim.results.columns import COLUMNS
 from sim.results.prediction import prediction_columns
 from sim.results.push_size import push_columns, robot_named
-from sim.results.table import COLUMNS
 from sim.results.train import train_columns
 from sim.sweep.plan import PlannedEpisode
 

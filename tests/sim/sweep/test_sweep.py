@@ -12,7 +12,8 @@ from models.robot import load_robot
 from scenarios.schema import Scenario
 from sim.episode.episode import run_episode
 from sim.results import table as results
-from sim.results.table import COLUMNS, OUTCOME, PARAMETERS, SCHEMA, read_results
+from sim.results.columns import COLUMNS, OUTCOME, PARAMETERS, SCHEMA
+from sim.results.table import read_results
 from sim.sweep import store as sweep_store
 from sim.sweep.executors import Workers, local
 from sim.sweep.plan import PlannedEpisode, Series, plan

@@ -11,8 +11,9 @@ import pytest
 
 from models.errors import InputError
 from models.robot import load_robot
+from sim.results.columns import SCHEMA
 from sim.results.push_size import edge_distance
-from sim.results.table import ROWS, SCHEMA, SWEEP, read_results, write_table
+from sim.results.table import ROWS, SWEEP, read_results, write_table
 from sim.sweep.plan import PlannedEpisode, plan, scenario_of, suite_hash
 from sim.sweep.sweep import run_sweep
 from sim.sweep.worker import Job, run_job
