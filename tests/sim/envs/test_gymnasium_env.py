@@ -145,7 +145,7 @@ def test_bad_actions_and_options_are_refused() -> None:
 
 
 def test_the_example_prints_what_readme_says() -> None:
-    example = HOUSE / "scenarios" / "examples" / "gymnasium_policies.py"
+    example = HOUSE / "docs" / "gymnasium_policies.py"
     assert len([line for line in example.read_text().splitlines() if line.strip()]) <= 32
     done = subprocess.run([sys.executable, str(example)], cwd=HOUSE, capture_output=True, text=True, check=True)
     assert f"```\n{done.stdout}```" in (HOUSE / "README.md").read_text(encoding="utf-8")
