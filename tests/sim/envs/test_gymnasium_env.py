@@ -34,7 +34,7 @@ def made(**given: Any) -> Any:
 def test_it_passes_gymnasium_s_own_checks(action: str) -> None:
     assert sim.envs.__all__
     with warnings.catch_warnings():
-        warnings.simplefilter("error")
+        warnings.simplefilter("error", UserWarning)
         # Observations are of any size, as those of most robots are.
         warnings.filterwarnings("ignore", message=".*(minimum|maximum) value is -?infinity.*")
         check_env(made(action=action), skip_render_check=True)
