@@ -7,7 +7,6 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
-Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 # TOML and JSON know lists only, so the container is lenient while its numbers stay strict.
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]

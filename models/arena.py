@@ -42,7 +42,7 @@ def build_arena(robot_xml: Path, *, timestep: float = 0.001) -> mujoco.MjSpec:
     """
     try:
         spec = mujoco.MjSpec.from_file(str(robot_xml))
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, mujoco.FatalError) as error:
         raise InputError(f"{robot_xml}: not a readable MJCF robot: {' '.join(str(error).split())}") from None
 
     spec.option.timestep = timestep
@@ -93,6 +93,10 @@ def _add_sole_sensors(spec: mujoco.MjSpec) -> None:
             refname=FLOOR,
             intprm=_SOLE_SENSOR,
         )
+    # MuJoCo works out the speed of the COG only if a sensor asks for it.
+    if not any(sensor.type == mujoco.mjtSensor.mjSENS_SUBTREELINVEL for sensor in spec.sensors):
+        kind, body = mujoco.mjtSensor.mjSENS_SUBTREELINVEL, mujoco.mjtObj.mjOBJ_BODY
+        spec.add_sensor(name="cog_velocity", type=kind, objtype=body, objname="trunk")
     spec.add_sensor(
         name=FLOOR,
         type=mujoco.mjtSensor.mjSENS_CONTACT,

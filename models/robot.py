@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 
 from models.arena import SIDES, build_arena
 from models.arena import Side as Side  # re-exported: a side is a fact of a robot
+from models.conventions import FREE_JOINT as FREE_JOINT
+from models.conventions import STAND as STAND
+from models.conventions import TRUNK as TRUNK
+from models.conventions import check_conventions, leg_chain
 from models.errors import InputError
+from models.flat import fingerprint, flat_mjcf
 
 Array = NDArray[np.float64]
 
-FREE_JOINT = "root_joint"
-TRUNK = "trunk"
-STAND = "stand"
 MODELS = Path(__file__).parent
 
 
@@ -37,6 +39,8 @@ class Robot:
     Attributes:
         name: the robot's name.
         path: its MJCF file, the only description for MuJoCo and placo alike.
+        sha256: of that file and all that it includes or refers to.
+        flat: the compiled body as MJCF that refers to nothing; see `models.flat.flat_mjcf`.
         mass: total mass [kg].
         gravity: g [m/s^2].
         cog_height: height of the COG above the soles in the keyframe `stand` [m].
@@ -57,6 +61,8 @@ class Robot:
 
     name: str
     path: Path
+    sha256: str
+    flat: str
     mass: float
     gravity: float
     cog_height: float
@@ -88,6 +94,11 @@ class Robot:
     def sole_width(self) -> float:
         """Extent of a sole sideways [m]."""
         return float(np.ptp(self.sole_vertices["left"][:, 1]))
+
+    @property
+    def sole_length(self) -> float:
+        """Extent of a sole forward [m]."""
+        return float(np.ptp(self.sole_vertices["left"][:, 0]))
 
 
 def robot_path(name: str) -> Path:
@@ -122,16 +133,35 @@ def load_robot(name: str) -> Robot:
         InputError: if the robot is unknown, or its file does not keep the conventions of `models/utmu2.xml`.
     """
     path = robot_path(name)
+    warnings: list[str] = []
+    # Without a listener, MuJoCo prints its warnings, and writes them into a file where the user is.
+    former = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(warnings.append)
     try:
-        model = build_arena(path).compile()
-    except ValueError as error:
+        robot = read_robot(_compiled(path), path)
+    finally:
+        mujoco.set_mju_user_warning(former)
+    if warnings:
+        raise InputError(f"{path}: MuJoCo warns: {' '.join(warnings[0].split())}")
+    return robot
+
+
+def _compiled(path: Path) -> mujoco.MjModel:
+    try:
+        spec = build_arena(path)
+        given = next((len(key.qpos) for key in spec.keys if key.name == STAND), None)
+        model = spec.compile()
+    except (ValueError, mujoco.FatalError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}") from None
-    return read_robot(model, path)
+    # MuJoCo fills up a short one.
+    if given not in (None, model.nq):
+        raise InputError(f"{path}: the keyframe {STAND!r} has {given} numbers in qpos; it must have {model.nq}")
+    return model
 
 
 def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
     """Read the facts off a compiled model (robot and floor, as `build_arena` makes it)."""
-    _check_conventions(model, path)
+    check_conventions(model, path)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key(STAND).id)
     mujoco.mj_forward(model, data)
@@ -142,12 +172,14 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
     by_joint = [model.actuator_trnid[:, 0].tolist().index(model.joint(name).id) for name in joints]
     resistance, constant, volts = motor[by_joint, 0], motor[by_joint, 1], motor[by_joint, 7]
     leg_length, hip_height = _leg(model, data)
-    legs = {body for side in SIDES for body in _leg_chain(model, side)}
+    legs = {body for side in SIDES for body in leg_chain(model, side)}
     bent = hip_height - _ankle_height(model, data)
     straight = leg_length - _ankle_height(model, data)
     return Robot(
         name=path.stem,
         path=path,
+        sha256=fingerprint(path),
+        flat=flat_mjcf(model),
         mass=float(model.body_subtreemass[trunk]),
         gravity=float(-model.opt.gravity[2]),
         cog_height=float(data.subtree_com[trunk][2] - ground),
@@ -167,28 +199,6 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
     )
 
 
-def _check_conventions(model: mujoco.MjModel, path: Path) -> None:
-    def has(kind: mujoco.mjtObj, name: str) -> bool:
-        return mujoco.mj_name2id(model, kind, name) >= 0
-
-    wanted = [("joint", mujoco.mjtObj.mjOBJ_JOINT, FREE_JOINT), ("body", mujoco.mjtObj.mjOBJ_BODY, TRUNK)]
-    wanted += [("keyframe", mujoco.mjtObj.mjOBJ_KEY, STAND)]
-    for side in SIDES:
-        wanted += [(kind, code, f"{side}_sole") for kind, code in _SOLE_PARTS]
-    for kind, code, name in wanted:
-        if not has(code, name):
-            raise InputError(f"{path}: the robot has no {kind} named {name!r}; models/utmu2.xml lists the conventions")
-    joints = model.njnt - 1
-    if model.nu != 3 * joints:
-        raise InputError(
-            f"{path}: {model.nu} controls for {joints} joints; every joint needs one actuator with the three inputs"
-            ' "pos vel ff" (position, velocity, feed-forward torque)'
-        )
-
-
-_SOLE_PARTS = (("geom", mujoco.mjtObj.mjOBJ_GEOM), ("site", mujoco.mjtObj.mjOBJ_SITE))
-
-
 def _sole(model: mujoco.MjModel, side: str) -> Array:
     geom, site = model.geom(f"{side}_sole"), model.site(f"{side}_sole")
     centre = geom.pos[:2] - site.pos[:2]
@@ -201,17 +211,9 @@ def _stance(data: mujoco.MjData, side: str) -> tuple[float, float, float]:
     return float(site.xpos[0]), float(site.xpos[1]), float(math.atan2(site.xmat[3], site.xmat[0]))
 
 
-def _leg_chain(model: mujoco.MjModel, side: str) -> list[int]:
-    """Bodies from the foot up to the hip, without the trunk."""
-    chain = [int(model.site(f"{side}_sole").bodyid[0])]
-    while model.body_parentid[chain[-1]] != model.body(TRUNK).id:
-        chain.append(int(model.body_parentid[chain[-1]]))
-    return chain
-
-
 def _leg(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[float, float]:
     """Length of a straight leg down to the sole, and the hip's height now [m]."""
-    chain = _leg_chain(model, "left")
+    chain = leg_chain(model, "left")
     links = sum(float(np.linalg.norm(model.body_pos[body])) for body in chain[:-1])
     sole = float(abs(model.site("left_sole").pos[2]))
     return links + sole, float(data.xpos[chain[-1]][2] - data.site("left_sole").xpos[2])

@@ -6,18 +6,27 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from pydantic import ValidationError
 
+from controllers.fields import WHOLE
 from controllers.gains import GainError
 from controllers.pendulum import Pendulum
+from controllers.registry import CONTROLLERS
 from models.errors import InputError
 from scenarios.error_messages import first_error, near
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
-from scenarios.push import COG
+from scenarios.push import COG, FASTEST
 from scenarios.schema import Scenario
 
 if TYPE_CHECKING:
     from models.robot import Robot
+
+
+MEMORY = 2_000_000_000
+"""Of the record of an episode, at most [byte]."""
+CHANNELS = 60
+"""At most so many numbers a control period, and three for each joint: its angle, torque and speed."""
 
 
 def shipped() -> dict[str, Path]:
@@ -67,8 +76,9 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
         source: what to call the scenario in the message; its file.
 
     Raises:
-        InputError: if the gain cannot be used, a push acts on a body that does not exist, a step is longer than the
-            legs, a margin leaves nothing of the sole, or the pendulum is pushed up or down.
+        InputError: if the gain cannot be used, a push acts on a body that does not exist or is too large for the
+            robot's mass, a step is longer than the legs or no whole number of control periods, a margin leaves nothing
+            of the sole, the pendulum is pushed up or down, or the record is larger than `MEMORY`.
     """
     try:
         scenario.gain.of(Pendulum(robot.omega, scenario.timing.control))
@@ -81,26 +91,56 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
                 f"{source}: pushes[{i}].body: {robot.name} has no body {push.body!r}"
                 f"{near(push.body, bodies)}; allowed: {', '.join(bodies)}"
             )
+        speed = float(np.linalg.norm(push.impulse_vector(robot.mass))) / robot.mass
+        if speed > FASTEST * (1 + WHOLE):
+            raise InputError(
+                f"{source}: pushes[{i}].impulse: {push.impulse!r} N s gives {robot.name}'s {robot.mass:.3g} kg "
+                f"{speed:.3g} m/s; at most {FASTEST:g} m/s are allowed"
+            )
         if scenario.world == "pendulum" and push.vector is not None and push.vector[2]:
             raise InputError(
                 f"{source}: pushes[{i}].vector: {list(push.vector)} is not horizontal; the pendulum's height is fixed"
             )
-    stepping = scenario.stepping
+    _check_steps(scenario, robot, source)
+    _check_memory(scenario, robot, source)
+
+
+def _check_memory(scenario: Scenario, robot: Robot, source: str) -> None:
+    columns = CHANNELS + 3 * len(robot.joint_names)
+    most = MEMORY // (8 * columns)
+    if scenario.ticks > most:
+        raise InputError(
+            f"{source}: duration: {scenario.duration!r} s of {scenario.timing.control!r} s a control period are "
+            f"{scenario.ticks} rows of {columns} numbers; at most {most} rows, {MEMORY / 1e9:g} GB, are allowed"
+        )
+
+
+def _check_steps(scenario: Scenario, robot: Robot, source: str) -> None:
+    stepping, control = scenario.stepping, scenario.timing.control
+    steps = "stepping" in CONTROLLERS.entry(scenario.controller.name).options.model_fields
+    for time in stepping.step_times if steps else ():
+        ticks = time / control
+        if abs(ticks - round(ticks)) > WHOLE * max(1.0, ticks) or round(ticks) < 1:
+            raise InputError(
+                f"{source}: stepping.step_times: {time!r} s is no whole number of control periods, {control!r} s each"
+            )
     for field in ("max_stride", "swing_height"):
         length = getattr(stepping, field)
         if length > robot.leg_length:
             raise InputError(
                 f"{source}: stepping.{field}: {length!r} m is longer than {robot.name}'s legs, {robot.leg_length:.3g} m"
             )
-    room = 0.5 * robot.sole_width - stepping.zmp_margin
+    width = min(robot.sole_width, robot.sole_length)
+    room = 0.5 * width - stepping.zmp_margin
     if 2 * stepping.zmp_error >= room > 0.0:
         raise InputError(
             f"{source}: stepping.zmp_error: {stepping.zmp_error!r} m leaves nothing of {robot.name}'s sole, which is "
-            f"{robot.sole_width:.3g} m wide, and {stepping.zmp_margin:g} m of it are margin; "
+            f"{width:.3g} m at its narrowest, and {stepping.zmp_margin:g} m of it are margin; "
             f"it must be below {0.5 * room:.3g} m"
         )
-    if 2 * stepping.zmp_margin >= robot.sole_width:
+    if 2 * stepping.zmp_margin >= width:
         raise InputError(
             f"{source}: stepping.zmp_margin: {stepping.zmp_margin!r} m leaves nothing of {robot.name}'s sole, "
-            f"which is {robot.sole_width:.3g} m wide; it must be below {robot.sole_width / 2:.3g} m"
+            f"which is {width:.3g} m {'wide' if width == robot.sole_width else 'long'}; "
+            f"it must be below {width / 2:.3g} m"
         )

@@ -8,7 +8,12 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-_LIMITS = {"greater_than": ("gt", ">"), "greater_than_equal": ("ge", ">="), "less_than_equal": ("le", "<=")}
+_LIMITS = {
+    "greater_than": ("gt", ">"),
+    "greater_than_equal": ("ge", ">="),
+    "less_than": ("lt", "<"),
+    "less_than_equal": ("le", "<="),
+}
 _KINDS = {
     "float_type": "a number",
     "float_parsing": "a number",

@@ -12,6 +12,8 @@ from scenarios.error_messages import near
 Kind = Literal["scenario", "suite"]
 _HERE = Path(__file__).parent
 _FOLDERS: dict[Kind, Path] = {"scenario": _HERE, "suite": _HERE / "suites"}
+_DEEPEST = 20
+"""More tables within tables than any file means; beyond some hundreds, Python itself gives up."""
 _COMMANDS: dict[Kind, str] = {"scenario": "okiagari run", "suite": "okiagari sweep"}
 
 
@@ -50,15 +52,31 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     """The text of a file, and its fields.
 
     Raises:
-        InputError: if it cannot be read, or is no TOML.
+        InputError: if it cannot be read, is no TOML, or holds tables or lists more than 20 deep.
     """
     try:
         text = path.read_text(encoding="utf-8")
-        return text, tomllib.loads(text)
+        fields = tomllib.loads(text)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except ValueError as error:  # of the encoding, or of TOML
         raise InputError(f"{path}: not a TOML file: {' '.join(str(error).split())}") from None
+    except RecursionError:
+        fields = {}
+        deep = True
+    else:
+        deep = _is_deep(fields)
+    if deep:
+        raise InputError(f"{path}: holds tables or lists within each other, more than {_DEEPEST} deep")
+    return text, fields
+
+
+def _is_deep(fields: Any) -> bool:
+    level = [fields]
+    for _ in range(_DEEPEST):
+        inner = (each.values() if isinstance(each, dict) else each for each in level)
+        level = [value for values in inner for value in values if isinstance(value, dict | list)]
+    return bool(level)
 
 
 def robot_beside(path: Path, robot: str) -> str:

@@ -3,43 +3,55 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
-from controllers.fields import NotNegative, Positive, Strict, Vector, conflict, snap
+from controllers.fields import Strict, Vector, conflict, snap
 
 COG = "cog"
 """As the body of a push: all bodies, each by its share of the mass."""
+LONGEST = 3600.0
+"""No episode lasts longer [s]."""
+FASTEST = 20.0
+"""No push gives the robot's whole mass more than this [m/s], ten times what fells a tall human."""
+
+Start = Annotated[float, Field(ge=0, le=LONGEST)]
+# A blow of steel on steel lasts some 1e-4 s; a push of a minute is a slope.
+Duration = Annotated[float, Field(ge=1e-4, le=60)]
+Direction = Annotated[float, Field(ge=-3600, le=3600)]
+DeltaV = Annotated[float, Field(ge=1e-6, le=FASTEST)]
+Impulse = Annotated[float, Field(ge=1e-6, le=1e5)]
+Offset = Annotated[float, Field(ge=-10, le=10)]
 
 
 class Push(Strict):
     """A force on one body for a while; on the pendulum it acts on the COG.
 
     Attributes:
-        start: when it begins [s].
-        duration: how long it lasts [s].
-        direction: horizontal, [deg], 0 is forward, 90 is left. Either this or `vector`.
+        start: when it begins [s], at most 3600.
+        duration: how long it lasts [s], from 1e-4, a blow of steel on steel, to 60.
+        direction: horizontal, [deg], 0 is forward, 90 is left; at most ten turns. Either this or `vector`.
         vector: direction in the world frame; its length does not matter.
-        impulse: size [N s]. Either this or `delta_v`.
-        delta_v: size as the velocity that the impulse gives the robot's whole mass [m/s].
+        impulse: size [N s], from 1e-6 to 1e5. Either this or `delta_v`.
+        delta_v: size as the velocity that the impulse gives the robot's whole mass [m/s], from 1e-6 to 20.
         body: name of the body it acts on; "cog" spreads the force over all bodies by their mass, which turns none.
-        point: where it acts, in that body's frame [m]; None is the body's COM.
-        height: how far above that point it acts, vertically [m].
+        point: where it acts, in that body's frame [m], at most 10 along each axis; None is the body's COM.
+        height: how far above that point it acts, vertically [m], at most 10 either way.
         shape: force over time.
     """
 
-    start: NotNegative
-    duration: Positive = 0.1
-    direction: float | None = None
+    start: Start
+    duration: Duration = 0.1
+    direction: Direction | None = None
     vector: Vector | None = None
-    impulse: Positive | None = None
-    delta_v: Positive | None = None
+    impulse: Impulse | None = None
+    delta_v: DeltaV | None = None
     body: str = Field(default="trunk", min_length=1)
-    point: Vector | None = None
-    height: float = 0.0
+    point: Annotated[tuple[Offset, Offset, Offset], Field(strict=False)] | None = None
+    height: Offset = 0.0
     shape: Literal["rectangular", "half_sine"] = "rectangular"
 
     @field_validator("vector")
@@ -117,6 +129,7 @@ class Push(Strict):
         first = math.floor(snap(self.start / dt))
         beyond = math.ceil(snap(self.end / dt))
         fraction = np.diff(self.delivered(np.arange(first, beyond + 1, dtype=np.float64) * dt))
-        # Rounding in the last digits of start / dt must not lose a sliver of the impulse.
+        # Rounding in the last digits of start / dt must not lose a sliver of the impulse: 1e-9 of an hour is 4e-6 s,
+        # less than any push lasts.
         fraction /= fraction.sum()
         return first, fraction[:, None] * self.impulse_vector(mass) / dt

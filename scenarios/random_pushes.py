@@ -6,7 +6,8 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from controllers.fields import NotNegative, Positive, Strict
+from controllers.fields import Strict
+from scenarios.push import LONGEST, DeltaV, Direction, Duration, Impulse, Offset, Start
 
 
 def _ordered(span: tuple[float, float]) -> tuple[float, float]:
@@ -16,9 +17,9 @@ def _ordered(span: tuple[float, float]) -> tuple[float, float]:
 
 
 _SPAN = (Field(strict=False), AfterValidator(_ordered))
-Span = Annotated[tuple[float, float], *_SPAN]
-PositiveSpan = Annotated[tuple[Positive, Positive], *_SPAN]
-NotNegativeSpan = Annotated[tuple[NotNegative, NotNegative], *_SPAN]
+Directions = Annotated[tuple[Direction, Direction], *_SPAN]
+Relative = Annotated[float, Field(ge=1e-3, le=50)]
+"""Size of a push [omega d]: from nothing that is felt to far more than any steps answer."""
 ALL_AROUND = (0.0, 360.0)
 """Every direction [deg]."""
 
@@ -27,17 +28,17 @@ class Random(Strict):
     """Pushes drawn evenly from ranges [lowest, highest].
 
     Attributes:
-        count: how many; more of them change none of the former.
+        count: how many, at most 1e9; more of them change none of the former.
         direction, delta_v, impulse, duration, start, height: as of a push.
     """
 
-    count: int = Field(ge=1)
-    direction: Span | None = None
-    delta_v: PositiveSpan | None = None
-    impulse: PositiveSpan | None = None
-    duration: PositiveSpan | None = None
-    start: NotNegativeSpan | None = None
-    height: Span | None = None
+    count: int = Field(ge=1, le=1_000_000_000)
+    direction: Directions | None = None
+    delta_v: Annotated[tuple[DeltaV, DeltaV], *_SPAN] | None = None
+    impulse: Annotated[tuple[Impulse, Impulse], *_SPAN] | None = None
+    duration: Annotated[tuple[Duration, Duration], *_SPAN] | None = None
+    start: Annotated[tuple[Start, Start], *_SPAN] | None = None
+    height: Annotated[tuple[Offset, Offset], *_SPAN] | None = None
 
     def given(self) -> dict[str, tuple[float, float]]:
         """The ranges that the suite has."""
@@ -53,19 +54,19 @@ class Train(Strict):
     give what all pushes share (body, duration, height) and the start of the first.
 
     Attributes:
-        count: pushes at most.
-        interval: from the start of one to the start of the next [s].
-        first: size of the first [omega d].
-        growth: by how much each is larger than the one before [omega d].
+        count: pushes at most, 2 to 1000.
+        interval: from the start of one to the start of the next [s], at most 3600.
+        first: size of the first [omega d], from 1e-3 to 50.
+        growth: by how much each is larger than the one before [omega d], at most 50.
         direction: [lowest, highest] that each one's direction is drawn from, evenly, by the suite's seed and the
             replica; the same for all who are compared [deg].
     """
 
-    count: int = Field(ge=2)
-    interval: Positive
-    first: Positive
-    growth: NotNegative
-    direction: Span = ALL_AROUND
+    count: int = Field(ge=2, le=1000)
+    interval: Annotated[float, Field(gt=0, le=LONGEST)]
+    first: Relative
+    growth: Annotated[float, Field(ge=0, le=50)]
+    direction: Directions = ALL_AROUND
 
     def size(self, number: int) -> float:
         """Size of push `number`, counted from 0 [omega d]."""
@@ -79,13 +80,13 @@ class First(Strict):
 
     Attributes:
         size: [omega d] of its own direction, as of a train.
-        gap: from its end to the start of the push that is asked for [s].
+        gap: from its end to the start of the push that is asked for [s], at most 3600.
         duration: [s].
         direction: [lowest, highest] of its direction: the suite's seed draws that of the first replica, and the others
             are spread over the range; the same whatever push follows, and for all who are compared [deg].
     """
 
-    size: Positive
-    gap: Positive
-    duration: Positive = 0.1
-    direction: Span = ALL_AROUND
+    size: Relative
+    gap: Annotated[float, Field(gt=0, le=LONGEST)]
+    duration: Duration = 0.1
+    direction: Directions = ALL_AROUND

@@ -7,24 +7,33 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from controllers.fields import WHOLE, NotNegative, Positive, Strict, conflict, snap
+from controllers.fields import WHOLE, Strict, conflict, snap
 from controllers.options import DcmGain, GainOptions, Stepping
 from scenarios.choice import Choice, ControllerChoice, LayerChoice
-from scenarios.push import Push
+from scenarios.push import LONGEST, Push
 
 World = Literal["humanoid", "pendulum"]
+Pose = Annotated[float, Field(ge=0, le=1)]
+# Far beyond what a controller could be expected to bear with.
+MassScale = Annotated[float, Field(ge=0.1, le=10)]
+Friction = Annotated[float, Field(ge=1e-4, le=10)]
+Delay = Annotated[float, Field(ge=0, le=1)]
+PositionNoise = Annotated[float, Field(ge=0, le=1)]
+VelocityNoise = Annotated[float, Field(ge=0, le=10)]
+Seed = Annotated[int, Field(ge=0, lt=2**63)]
 
 
 class Timing(Strict):
     """Periods of the two loops.
 
     Attributes:
-        physics: step of the physics [s].
-        control: period of the controller [s], a whole multiple of `physics`.
+        physics: step of the physics [s], from 1e-4 to 0.01: the contact with the floor takes 0.005.
+        control: period of the controller [s], a whole multiple of `physics`, from 5e-4 to 0.1: over that, what keeps
+            the pendulum up has let it fall.
     """
 
-    physics: Positive = 0.001
-    control: Positive = 0.002
+    physics: float = Field(default=0.001, ge=1e-4, le=0.01)
+    control: float = Field(default=0.002, ge=5e-4, le=0.1)
 
     @model_validator(mode="after")
     def _divisible(self) -> Self:
@@ -43,28 +52,29 @@ class Variation(Strict):
     """What the seed draws.
 
     Attributes:
-        pose: standard deviation of the initial joint angles, or of the pendulum's initial lean [rad].
+        pose: standard deviation of the initial joint angles, or of the pendulum's initial lean [rad], at most 1.
     """
 
-    pose: NotNegative = 0.002
+    pose: Pose = 0.002
 
 
 class Disturbance(Strict):
     """How the world differs from what the controllers believe; they are not told.
 
     Attributes:
-        mass_scale: true mass of every body / its mass in the robot's file.
-        friction: sliding friction of the floor; None is the floor's own.
-        delay: age of all that the controllers see [s], a whole multiple of the control period.
-        noise_position: standard deviation of the noise on the COG that they see [m], each tick and component.
-        noise_velocity: the same of the COG's velocity [m/s].
+        mass_scale: true mass of every body / its mass in the robot's file, from 0.1 to 10.
+        friction: sliding friction of the floor, from 1e-4 to 10; None is the floor's own.
+        delay: age of all that the controllers see [s], a whole multiple of the control period, at most 1.
+        noise_position: standard deviation of the noise on the COG that they see [m], each tick and component,
+            at most 1.
+        noise_velocity: the same of the COG's velocity [m/s], at most 10.
     """
 
-    mass_scale: Positive = 1.0
-    friction: Positive | None = None
-    delay: NotNegative = 0.0
-    noise_position: NotNegative = 0.0
-    noise_velocity: NotNegative = 0.0
+    mass_scale: MassScale = 1.0
+    friction: Friction | None = None
+    delay: Delay = 0.0
+    noise_position: PositionNoise = 0.0
+    noise_velocity: VelocityNoise = 0.0
 
 
 class Judge(Strict):
@@ -88,8 +98,8 @@ class Scenario(Strict):
         controller: who answers the pushes: a name of `controllers.registry.CONTROLLERS`, `path/to/file.py:Class`, or
             a table of either as `name` with the class's own options.
         whole_body: how the balance command becomes joint targets, named likewise by `controllers.registry.LAYERS`.
-        duration: length of the episode [s].
-        seed: of everything that is drawn.
+        duration: length of the episode [s], from one control period to 3600.
+        seed: of everything that is drawn; below 2^63, as whole numbers in TOML are.
         timing, gain, stepping, variation, disturbance, judge, pushes: see there; the pushes in order of time, no two in
             one control period.
     """
@@ -99,8 +109,8 @@ class Scenario(Strict):
     world: World = "humanoid"
     controller: ControllerChoice = Choice(name="supervisor")
     whole_body: LayerChoice = Choice(name="dynamics")
-    duration: Positive = 15.0
-    seed: int = Field(default=0, ge=0)
+    duration: float = Field(default=15.0, gt=0, le=LONGEST)
+    seed: Seed = 0
     timing: Timing = Timing()
     gain: GainOptions = DcmGain()
     stepping: Stepping = Stepping()
@@ -108,6 +118,12 @@ class Scenario(Strict):
     disturbance: Disturbance = Disturbance()
     judge: Judge = Judge()
     pushes: Annotated[tuple[Push, ...], Field(strict=False)] = ()
+
+    @model_validator(mode="after")
+    def _lasts_a_tick(self) -> Self:
+        if self.duration < self.timing.control:
+            raise conflict("duration", f"{self.duration!r} s is less than a control period, {self.timing.control!r} s")
+        return self
 
     @model_validator(mode="after")
     def _pushes_fit(self) -> Self:

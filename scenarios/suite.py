@@ -8,11 +8,12 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from controllers.fields import NotNegative, Positive, Strict, conflict, snap
+from controllers.fields import Strict, conflict, snap
 from controllers.registry import short
 from scenarios.choice import ControllerName, LayerName
-from scenarios.random_pushes import First, Random, Train
-from scenarios.schema import World
+from scenarios.push import LONGEST, DeltaV, Direction, Duration, Impulse, Offset, Start
+from scenarios.random_pushes import First, Random, Relative, Train
+from scenarios.schema import Delay, Friction, MassScale, Pose, PositionNoise, Seed, VelocityNoise, World
 from scenarios.variants import Variants
 
 MANY = 1_000_000
@@ -57,9 +58,6 @@ _AXIS = (Field(strict=False, min_length=1), AfterValidator(_distinct))
 _GRID = (BeforeValidator(_levels), *_AXIS)
 _NAMES = (*_AXIS, AfterValidator(_told_apart))
 Words = Annotated[tuple[Annotated[str, Field(min_length=1)], ...], *_AXIS]
-Numbers = Annotated[tuple[float, ...], *_GRID]
-Positives = Annotated[tuple[Positive, ...], *_GRID]
-NotNegatives = Annotated[tuple[NotNegative, ...], *_GRID]
 
 
 class Axes(Strict):
@@ -68,7 +66,7 @@ class Axes(Strict):
     Attributes:
         robot, world, controller, whole_body: as of a scenario.
         body, direction, delta_v, impulse, duration, start, height: as of a push; one of delta_v, impulse and relative.
-        relative: size of the push in units of omega d of its own direction, as of a train.
+        relative: size of the push in units of omega d of its own direction, as of a train, from 1e-3 to 50.
         mass_scale, friction, delay, noise_position, noise_velocity: as of a scenario's disturbance.
     """
 
@@ -77,18 +75,18 @@ class Axes(Strict):
     controller: Annotated[tuple[ControllerName, ...], *_NAMES] | None = None
     whole_body: Annotated[tuple[LayerName, ...], *_NAMES] | None = None
     body: Words | None = None
-    direction: Numbers | None = None
-    delta_v: Positives | None = None
-    impulse: Positives | None = None
-    relative: Positives | None = None
-    duration: Positives | None = None
-    start: NotNegatives | None = None
-    height: Numbers | None = None
-    mass_scale: Positives | None = None
-    friction: Positives | None = None
-    delay: NotNegatives | None = None
-    noise_position: NotNegatives | None = None
-    noise_velocity: NotNegatives | None = None
+    direction: Annotated[tuple[Direction, ...], *_GRID] | None = None
+    delta_v: Annotated[tuple[DeltaV, ...], *_GRID] | None = None
+    impulse: Annotated[tuple[Impulse, ...], *_GRID] | None = None
+    relative: Annotated[tuple[Relative, ...], *_GRID] | None = None
+    duration: Annotated[tuple[Duration, ...], *_GRID] | None = None
+    start: Annotated[tuple[Start, ...], *_GRID] | None = None
+    height: Annotated[tuple[Offset, ...], *_GRID] | None = None
+    mass_scale: Annotated[tuple[MassScale, ...], *_GRID] | None = None
+    friction: Annotated[tuple[Friction, ...], *_GRID] | None = None
+    delay: Annotated[tuple[Delay, ...], *_GRID] | None = None
+    noise_position: Annotated[tuple[PositionNoise, ...], *_GRID] | None = None
+    noise_velocity: Annotated[tuple[VelocityNoise, ...], *_GRID] | None = None
 
     def given(self) -> dict[str, tuple[Any, ...]]:
         """The axes that the suite has, in the order above."""
@@ -100,15 +98,15 @@ class Replica(Strict):
 
     Attributes:
         pose: standard deviation of the initial joint angles [rad]; None is the base scenario's.
-        shift: each replica is pushed this much later than the one before [s].
-        time: greatest seeded shift of the push, to either side [s].
-        direction: greatest seeded turn of the push, to either side [deg].
+        shift: each replica is pushed this much later than the one before [s], at most 3600.
+        time: greatest seeded shift of the push, to either side [s], at most 3600.
+        direction: greatest seeded turn of the push, to either side [deg], at most 360.
     """
 
-    pose: NotNegative | None = None
-    shift: NotNegative = 0.0
-    time: NotNegative = 0.0
-    direction: NotNegative = 0.0
+    pose: Pose | None = None
+    shift: Start = 0.0
+    time: Start = 0.0
+    direction: float = Field(default=0.0, ge=0, le=360)
 
 
 class Adaptive(Strict):
@@ -130,18 +128,18 @@ class Suite(Strict):
         description: one line.
         tuned_on: one line for the report: on which seeds and directions the controllers were tuned, and that this
             suite's were held out.
-        scenario: the base: name of a scenario, path of a file, or its fields; at most one push, which gives the
-            push's defaults.
+        scenario: the base: name of a scenario, path of a file, or its fields; its duration and seed are the suite's to
+            decide. At most one push, and none for a train: it gives what axes and random values do not.
         axes: what is crossed.
         random: pushes that are drawn; crossed with the axes.
         train: growing pushes one after another in place of the one push; crossed with the axes.
         first: a push before the one that is asked for.
         variants: designs to compare, each a name with what it changes of the base; crossed with the axes.
-        replicas: repetitions of each episode.
+        replicas: repetitions of each episode, at most 1e9.
         replica: how they differ.
         adaptive: ends a series of growing pushes early.
         seed: of everything that is drawn.
-        after: time after the last push until the episode is judged at the latest [s].
+        after: time after the last push until the episode is judged at the latest [s], at most 3600.
     """
 
     description: str = Field(min_length=1, pattern=r"^[^\n]*$")
@@ -152,11 +150,11 @@ class Suite(Strict):
     train: Train | None = None
     first: First | None = None
     variants: Variants | None = None
-    replicas: int = Field(default=1, ge=1)
+    replicas: int = Field(default=1, ge=1, le=1_000_000_000)
     replica: Replica = Replica()
     adaptive: Adaptive | None = None
-    seed: int = Field(default=0, ge=0)
-    after: Positive = 5.0
+    seed: Seed = 0
+    after: float = Field(default=5.0, gt=0, le=LONGEST)
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

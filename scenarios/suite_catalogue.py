@@ -15,7 +15,7 @@ from scenarios.catalogue import load
 from scenarios.choice import REGISTRIES
 from scenarios.error_messages import first_error
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
-from scenarios.push import Push
+from scenarios.push import LONGEST, Push
 from scenarios.schema import Scenario, World
 from scenarios.suite import SIZES, Suite
 from scenarios.variants import CHANGEABLE, DECIDED, changed, parameter_of
@@ -94,6 +94,8 @@ def load_suite(name: str | Path) -> LoadedSuite:
     base = _base(suite, path)
     if len(base.pushes) > 1:
         raise InputError(f"{path}: scenario: has {len(base.pushes)} pushes; a suite's base has at most one")
+    if base.pushes:
+        _check_replaced(suite, base.pushes[0], path)
     push = base.pushes[0].model_dump(mode="json", exclude_none=True) if base.pushes else {}
     base = base.model_copy(update={"pushes": ()})
     loaded = LoadedSuite(name=path.stem, path=path, text=text, suite=suite, base=base, push=push)
@@ -115,6 +117,10 @@ def _base(suite: Suite, path: Path) -> Scenario:
             return load(path.parent / given if given.endswith(".toml") else given)
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
+    for field, instead in (("duration", "after"), ("seed", "seed")):
+        if field in suite.scenario:
+            why = f"{suite.scenario[field]!r} is not allowed; the suite decides it, by its own {instead}"
+            raise InputError(f"{path}: scenario.{field}: {why}")
     fields = {"description": suite.description} | suite.scenario
     if isinstance(fields.get("robot"), str):
         fields["robot"] = robot_beside(path, fields["robot"])
@@ -122,6 +128,31 @@ def _base(suite: Suite, path: Path) -> Scenario:
         return Scenario.model_validate(fields, context={"folder": path.parent})
     except ValidationError as error:
         raise InputError(f"{path}: scenario.{first_error(error, Scenario)}") from None
+
+
+def _check_replaced(suite: Suite, push: Push, path: Path) -> None:
+    """The base scenario's push gives what the suite does not; what nobody would run is not passed over in silence."""
+    if suite.train is not None:
+        raise InputError(f"{path}: scenario: has a push, and the train draws its own; choose a base without pushes")
+    given = {*suite.axes.given(), *(suite.random.given() if suite.random else ())}
+    if "direction" in given and push.vector is not None:
+        why = f"the base scenario's push goes along a vector, {list(push.vector)}, which none of them is"
+        raise InputError(f"{path}: axes.direction: {why}; give only one of them")
+    replaced = given | ({"delta_v", "impulse"} if given & {*SIZES} else set())
+    if push.model_fields_set <= replaced:
+        why = "has a push of which the axes replace everything; choose a base without pushes"
+        raise InputError(f"{path}: scenario: {why}")
+
+
+def _check_end(loaded: LoadedSuite) -> None:
+    """The latest push of an episode must leave time to judge it."""
+    suite, replica = loaded.suite, loaded.suite.replica
+    train = 0.0 if suite.train is None else (suite.train.count - 1) * suite.train.interval
+    latest = max(loaded.range("start")) + (suite.replicas - 1) * replica.shift + replica.time + train
+    end = latest + max(loaded.range("duration")) + suite.after + 2 * loaded.base.timing.control
+    if end > LONGEST:
+        why = f"the last push begins as late as {latest:g} s, so that its episode lasts {end:g} s"
+        raise InputError(f"{loaded.path}: axes.start: {why}; at most {LONGEST:g} s are allowed")
 
 
 def _check_push(loaded: LoadedSuite) -> None:
@@ -137,6 +168,7 @@ def _check_push(loaded: LoadedSuite) -> None:
         raise InputError(f"{loaded.path}: axes.relative: {why}")
     _check_train(loaded)
     _check_first(loaded)
+    _check_end(loaded)
 
 
 def _check_variants(loaded: LoadedSuite) -> None:

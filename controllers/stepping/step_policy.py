@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from controllers.interface import Candidate
 from controllers.nstep.step_limits import StepLimits
 from controllers.stepping.feedback_swing import MOST_ACCELERATION
+from models.conventions import CLEARANCE
 from models.robot import Robot, Side
 
 Array = NDArray[np.float64]
 
-# [m] clearance of the soles as they pass each other.
-CLEARANCE = 0.004
 # The hip travels with the COG while the leg swings: the foot lands that much farther than from a hip at rest.
 HIP_TRAVEL = 0.5  # as a share of the leg's own reach
 # A landed foot likes to be this far outside of the DCM, so that the DCM comes to rest between the feet [m].

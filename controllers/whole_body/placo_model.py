@@ -1,4 +1,4 @@
-"""The robot in placo: the same file as in MuJoCo, and the differences between the two libraries."""
+"""The robot in placo: the same body as in MuJoCo, and the differences between the two libraries."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import os
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -22,15 +24,18 @@ FRICTION_SPEED = 0.05
 
 
 class PlacoModel:
-    """The robot's MJCF in placo, kept at the measured state.
+    """The compiled robot in placo, kept at the measured state.
 
     MuJoCo and placo (pinocchio) differ in the order of the quaternion and in the frame of the base's linear
     velocity; only this class knows.
     """
 
     def __init__(self, robot: Robot) -> None:
-        with _quiet_stdout():
-            self.wrapper = placo.RobotWrapper(str(robot.path), placo.Flags.mjcf + placo.Flags.ignore_collisions)
+        # placo reads MJCF from files only, and stumbles over what a robot's own file may do, such as <include>.
+        with _quiet_stdout(), TemporaryDirectory() as folder:
+            path = Path(folder) / "flat.xml"
+            path.write_text(robot.flat, encoding="utf-8")
+            self.wrapper = placo.RobotWrapper(str(path), placo.Flags.mjcf + placo.Flags.ignore_collisions)
         names = list(self.wrapper.joint_names())
         if tuple(names) != robot.joint_names:
             raise AssertionError("placo and MuJoCo must list the joints in the same order")

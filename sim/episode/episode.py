@@ -17,7 +17,8 @@ from scenarios.schema import Scenario
 from sim.episode.build import make_controller
 from sim.episode.guard import Guard
 from sim.episode.plant import Action, Condition, Plant, make_plant
-from sim.episode.recording import PushRecord, Recording, decision_as_dict
+from sim.episode.push_record import PushRecord
+from sim.episode.recording import Recording, decision_as_dict
 from sim.episode.sensor_model import SensorModel
 from sim.episode.set_polygons import SetPolygon
 from sim.record.motors import MotorUse

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from operator import sub
 from typing import Any
 
@@ -22,11 +22,13 @@ from controllers.interface import (
     Predictor,
     Regional,
 )
+from controllers.registry import CONTROLLERS
 from models.arena import SIDES
 from models.robot import Robot
 from scenarios.push import Push
 from scenarios.schema import Scenario
 from sim.episode.plant import Action, Condition, Effort, Plant
+from sim.episode.push_record import PushRecord, check_delivered
 from sim.episode.set_polygons import Plane, SetPolygon, admissible_polygons
 from sim.episode.step_count import StepCount
 from sim.record.motors import MotorLog, MotorUse
@@ -35,43 +37,6 @@ from sim.record.trace import Trace, TraceRecorder
 from sim.record.versions import commit, versions
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True)
-class PushRecord:
-    """What a push was, did and was answered with.
-
-    Attributes:
-        start, duration: [s].
-        direction_deg: horizontal direction, 0 forward, 90 left [deg].
-        body: where it acted.
-        asked_impulse, delivered_impulse: [N s]; delivered is summed from the forces the physics was given.
-        delta_v: asked impulse / mass [m/s].
-        delta_v_over_omega: the same as a distance, for comparison with the distance to the edge of the feet [m].
-        cog_velocity_after: (3,) at its end [m/s].
-        regulator_slack, tracking_slack: signed slack of the sets at its end: of the regulator of the latest double
-            support [m of ZMP], and of the steps under way or, under the regulator, of the best from there [m of DCM;
-            of ZMP for the paper's reference].
-        in_regulator_set, in_tracking_set: the same as membership.
-        chosen: how it was answered: "stepping" if a step was decided before the next push, else the phase at its start.
-        reached: whether the episode lasted until its end.
-    """
-
-    start: float
-    duration: float
-    direction_deg: float
-    body: str
-    asked_impulse: float
-    delivered_impulse: float
-    delta_v: float
-    delta_v_over_omega: float
-    cog_velocity_after: tuple[float, float, float] | None
-    regulator_slack: float | None
-    tracking_slack: float | None
-    in_regulator_set: bool | None
-    in_tracking_set: bool | None
-    chosen: str
-    reached: bool
 
 
 class Recording:
@@ -121,6 +86,7 @@ class Recording:
         self._ended: dict[int, dict[str, Any]] = {}
         self._support: tuple[list[float], SupportPolygon] | None = None
         self._row = np.empty(0)
+        self._closed = 0
         self._steps = StepCount()
         # Asking a protocol takes 40 us.
         self._predictor = controller if isinstance(controller, Predictor) else None
@@ -173,6 +139,7 @@ class Recording:
             row[at.push : at.push + 3] = impulse / self.period
             row[at.push + 3 : at.push + 6] = plant.push_point(index)
         row[at.effort] = effort.solver_failed
+        self._closed += 1
         if effort.torque is not None and effort.speed is not None:
             self._motors.add(effort.torque, effort.speed)
 
@@ -183,6 +150,7 @@ class Recording:
             {
                 "scenario": self._scenario.as_dict(),
                 "robot": robot_facts(self._robot),
+                "controller_source": CONTROLLERS.entry(self._scenario.controller.name).source,
                 "versions": versions(),
                 "commit": commit(),
                 "seed": self._scenario.seed,
@@ -194,7 +162,11 @@ class Recording:
         return self._motors.use(self.period)
 
     def pushes(self, plant: Plant, trace: Trace) -> list[PushRecord]:
-        """What became of each push."""
+        """What became of each push.
+
+        Raises:
+            InputError: if one that is over has not given the robot what was asked.
+        """
         stepping = trace["phase"] == Phase.STEPPING.value
         records = []
         scheduled = plant.impulse_log.scheduled
@@ -204,7 +176,10 @@ class Recording:
             # From the tick in which it begins; one that was not reached finds the last.
             first = max(int(np.searchsorted(trace.time, push.start + 1e-9)) - 1, 0)
             during = stepping[first : max(int(np.searchsorted(trace.time, until)), first + 1)]
-            asked = float(np.linalg.norm(push.impulse_vector(self._robot.mass)))
+            wanted, delivered = push.impulse_vector(self._robot.mass), plant.impulse_log.delivered[index]
+            asked = float(np.linalg.norm(wanted))
+            if index in self._ended and cut.beyond <= self._closed * self._scenario.timing.substeps:
+                check_delivered(index, wanted, delivered)
             records.append(
                 PushRecord(
                     start=push.start,
@@ -212,7 +187,7 @@ class Recording:
                     direction_deg=push.direction_deg,
                     body=push.body,
                     asked_impulse=asked,
-                    delivered_impulse=float(np.linalg.norm(plant.impulse_log.delivered[index])),
+                    delivered_impulse=float(np.linalg.norm(delivered)),
                     delta_v=asked / self._robot.mass,
                     delta_v_over_omega=asked / self._robot.mass / self._robot.omega,
                     cog_velocity_after=ended.get("velocity"),
@@ -281,6 +256,7 @@ def robot_facts(robot: Robot) -> dict[str, Any]:
     return {
         "name": robot.name,
         "path": robot.path.name,
+        "sha256": robot.sha256,
         "mass": robot.mass,
         "gravity": robot.gravity,
         "cog_height": robot.cog_height,

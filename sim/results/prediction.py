@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sim.episode.recording import PushRecord
+    from sim.episode.push_record import PushRecord
 
 _SETS = ("regulator_slack", "tracking_slack", "in_regulator_set", "in_tracking_set")
 # Times are sums of many periods.

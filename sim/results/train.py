@@ -14,7 +14,7 @@ from sim.results.push_size import push_columns
 # Who only reads tables needs no physics.
 if TYPE_CHECKING:
     from sim.episode.episode import EpisodeResult
-    from sim.episode.recording import PushRecord
+    from sim.episode.push_record import PushRecord
 
 SURVIVED = "pushes_survived"
 """Column of the number of pushes that were survived; null in a row that is no train, or that crashed."""

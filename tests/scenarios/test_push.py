@@ -16,7 +16,7 @@ MASS = 5.5
 
 @given(
     start=st.floats(0, 20),
-    duration=st.floats(1e-4, 2),
+    duration=st.floats(1e-4, 2) | st.just(1e-4),
     direction=st.floats(-720, 720),
     size=st.floats(1e-3, 1e3),
     shape=st.sampled_from(["rectangular", "half_sine"]),
@@ -46,6 +46,15 @@ def test_rectangular_push_in_whole_steps_is_one_constant_force() -> None:
 def test_ends_within_a_step_get_their_share() -> None:
     _, forces = Push(start=0.00025, duration=0.001, direction=0, impulse=1.0).force_samples(0.001, MASS)
     np.testing.assert_allclose(forces[:, 0], [750.0, 250.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("start", [3.0, 3.0 - 4e-16, 3599.9999, 2999.9999999])
+def test_the_shortest_push_is_not_lost_late_in_an_hour(start: float) -> None:
+    push = Push(start=start, duration=1e-4, direction=0, impulse=1.0)
+    for dt in (1e-4, 1e-3, 0.01):
+        _, forces = push.force_samples(dt, MASS)
+        # One or two samples: their sum is rounded once.
+        assert forces[:, 0].sum() * dt == pytest.approx(1.0, rel=1e-15)
 
 
 def test_half_sine_samples_are_the_means_of_the_sine() -> None:

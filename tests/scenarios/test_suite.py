@@ -119,8 +119,8 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
     (tmp_path / "base.toml").write_text('description = "b"\nseed = 5\n')
     beside = load_suite(written(tmp_path, PLAIN + 'scenario = "base.toml"\n' + SMALL))
     assert beside.base.seed == 5
-    within = load_suite(written(tmp_path, PLAIN + SMALL + "[scenario]\nseed = 6\n"))
-    assert (within.base.seed, within.base.description) == (6, "x")
+    within = load_suite(written(tmp_path, PLAIN + SMALL + "[scenario]\ncontroller = 'statue'\n"))
+    assert (within.base.controller.name, within.base.description) == ("statue", "x")
 
 
 @pytest.mark.parametrize(
@@ -140,14 +140,14 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
         (PLAIN + "[axes]\ndirection = [0]\n", "axes.delta_v: is missing"),
         (PLAIN + "[axes]\ndelta_v = [0.1]\n", "axes.direction: is missing"),
         (PLAIN + "[axes]\ndelta_v = [nan]\n", "axes.delta_v[0]: nan is not a finite number"),
-        (PLAIN + "[axes]\ndelta_v = [-0.1]\n", "axes.delta_v[0]: -0.1 is not allowed; it must be > 0"),
+        (PLAIN + "[axes]\ndelta_v = [-0.1]\n", "axes.delta_v[0]: -0.1 is not allowed; it must be >= 1e-06"),
         (PLAIN + "[axes]\ndelta_v = 0.1\n", "axes.delta_v: 0.1 is not a list"),
         (PLAIN + "[axes]\nimpulse = [1]\ndelta_v = [0.1]\n", "axes.impulse: give only one"),
         (
             PLAIN + SMALL + "relative = [1]\n",
             "axes.relative: give only one of delta_v [m/s], impulse [N s] and relative",
         ),
-        (PLAIN + "[axes]\ndirection = [0]\nrelative = [0]\n", "axes.relative[0]: 0 is not allowed; it must be > 0"),
+        (PLAIN + "[axes]\nrelative = [0]\n", "axes.relative[0]: 0 is not allowed; it must be >= 0.001"),
         (
             PLAIN
             + "[axes]\nrelative = [1]\n[scenario]\npushes = [{ start = 1.0, vector = [0, 0, 1], delta_v = 1.0 }]\n",
@@ -176,7 +176,7 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
         ),
         (PLAIN + TRAIN.replace("interval = 1.0", ""), "train.interval: is missing; it must be given"),
         (PLAIN + TRAIN.replace("count = 3", "count = 1"), "train.count: 1 is not allowed; it must be >= 2"),
-        (PLAIN + TRAIN.replace("first = 0.5", "first = 0"), "train.first: 0 is not allowed; it must be > 0"),
+        (PLAIN + TRAIN.replace("first = 0.5", "first = 0"), "train.first: 0 is not allowed; it must be >= 0.001"),
         (PLAIN + TRAIN.replace("0.1 #", "-0.1 #"), "train.growth: -0.1 is not allowed; it must be >= 0"),
         (PLAIN + TRAIN + "direction = [9, 1]\n", "train.direction: [9, 1] must be [lowest, highest]"),
         (PLAIN + TRAIN + "[axes]\ndirection = [0]\n", "axes.direction: the train draws its own"),
@@ -190,7 +190,7 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
             "train.interval: 1.0 s must be longer than a push, 1 s, and a control period, 0.002 s",
         ),
         (PLAIN + SMALL + FIRST.replace("gap", "gaps"), "first.gaps: unknown field; did you mean 'gap'?"),
-        (PLAIN + SMALL + FIRST.replace("1.2", "0"), "first.size: 0 is not allowed; it must be > 0"),
+        (PLAIN + SMALL + FIRST.replace("1.2", "0"), "first.size: 0 is not allowed; it must be >= 0.001"),
         (PLAIN + SMALL + FIRST.replace("0.25", "0.002"), "first.gap: 0.002 s must be longer than the control period"),
         (
             PLAIN + SMALL + "start = [2.0, 0.3]\n" + FIRST,
@@ -200,6 +200,27 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
             PLAIN + SMALL + "start = [0.4]\n[replica]\ntime = 0.1\n" + FIRST,
             "axes.start: 0.3 s is too early; the first push begins 0.35 s before it",
         ),
+        # What the base says is not passed over in silence.
+        (PLAIN + 'scenario = "push_left"\n' + TRAIN, "scenario: has a push, and the train draws its own"),
+        (PLAIN + 'scenario = "push_left"\n' + SMALL + "start = [1.0]\n", "a push of which the axes replace everything"),
+        (
+            PLAIN + SMALL + "[scenario]\npushes = [{ start = 1.0, vector = [0, 1, 1], delta_v = 1.0 }]\n",
+            "axes.direction: the base scenario's push goes along a vector, [0.0, 1.0, 1.0], which none of them is",
+        ),
+        (PLAIN + SMALL + "[scenario]\nseed = 6\n", "scenario.seed: 6 is not allowed; the suite decides it"),
+        (PLAIN + SMALL + "[scenario]\nduration = 9.0\n", "scenario.duration: 9.0 is not allowed; the suite decides it"),
+        # Numbers at the rim.
+        (PLAIN + "[axes]\ndelta_v = [1e9]\n", "axes.delta_v[0]: 1000000000.0 is not allowed; it must be <= 20"),
+        (PLAIN + "[axes]\nstart = [1e308]\n", "axes.start[0]: 1e+308 is not allowed; it must be <= 3600"),
+        (PLAIN + "[axes]\nduration = [1e-9]\n", "axes.duration[0]: 1e-09 is not allowed; it must be >= 0.0001"),
+        (PLAIN + "[axes]\nmass_scale = [1e-300]\n", "axes.mass_scale[0]: 1e-300 is not allowed; it must be >= 0.1"),
+        (PLAIN + TRAIN.replace("count = 3", "count = 1000000000"), "train.count: 1000000000 is not allowed"),
+        (PLAIN + TRAIN.replace("1.0", "1000").replace("3", "9"), "axes.start: the last push begins as late as 8001 s"),
+        (
+            PLAIN + "replicas = 9\n" + SMALL + "[replica]\nshift = 1000\n",
+            "axes.start: the last push begins as late as 8001 s, so that its episode lasts 8006.1 s; at most 3600 s",
+        ),
+        ("x = " + "[" * 2000 + "]" * 2000, "more than 20 deep"),
         (PLAIN + 'tuned_on = "a\\nb"\n' + SMALL, "tuned_on: 'a\\nb' is not one line of text"),
         ("description = ", "not a TOML file"),
         ("", "description: is missing"),

@@ -153,7 +153,7 @@ def test_point_of_a_high_push_is_above_the_com() -> None:
     ("fields", "words"),
     [
         ({"disturbance": {"delay": 0.003}}, "disturbance.delay: 0.003 s must be a whole multiple"),
-        ({"disturbance": {"mass_scale": 0.0}}, "disturbance.mass_scale: 0.0 is not allowed; it must be > 0"),
+        ({"disturbance": {"mass_scale": 0.0}}, "disturbance.mass_scale: 0.0 is not allowed; it must be >= 0.1"),
         ({"disturbance": {"mas_scale": 1.1}}, "did you mean 'mass_scale'?"),
         ({"world": "pendulum", "disturbance": {"friction": 0.5}}, "disturbance.friction"),
         ({"push": {"body": "cog", "height": 0.1}}, "pushes[0].height"),

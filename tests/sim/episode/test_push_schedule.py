@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from models.errors import InputError
 from models.robot import load_robot
 from scenarios.schema import Scenario
 from sim.episode.build import make_controller
@@ -49,6 +50,23 @@ def test_delivered_impulse(world: str, shape: str, start: float, duration: float
     trace = result.trace
     force = np.column_stack([trace["push_fx"], trace["push_fy"], trace["push_fz"]])
     assert np.nansum(force, axis=0) * asked.timing.control == pytest.approx(plant.impulse_log.delivered[0], abs=EXACT)
+
+
+@pytest.mark.parametrize("world", ["humanoid", "pendulum"])
+def test_a_run_that_loses_a_push_fails(world: str) -> None:
+    episode = episode_of(scenario(world))
+    while episode.time < 0.3:
+        episode.tick()
+    log = episode.plant.impulse_log
+    log.delivered[0] *= 0.999
+    with pytest.raises(InputError, match=r"^pushes\[0\]: asked \[.*\] N s, delivered \[.*\] N s; .* is not kept$"):
+        episode.result()
+    # While it lasts, a push may have given less.
+    episode = episode_of(scenario(world))
+    while episode.time < 0.15:
+        episode.tick()
+    (record,) = episode.result().pushes
+    assert (record.reached, record.delivered_impulse) == (False, pytest.approx(0.35, abs=EXACT))
 
 
 def test_the_body_takes_up_the_impulse_that_is_booked() -> None:

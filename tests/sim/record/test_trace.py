@@ -10,6 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from models.errors import InputError
+from scenarios.catalogue import CHANNELS
 from sim.record.trace import ROOT_CHANNELS, TRACE_CHANNELS, Trace, TraceFileError, TraceRecorder, load_trace
 
 METADATA = {"seed": 3, "scenario": {"pushes": [{"start": 0.1, "duration": 0.1}]}, "robot": {"cog_height": 0.26}}
@@ -147,3 +148,7 @@ def test_channels_without_units_are_refused(trace: Trace, tmp_path: Path) -> Non
     pq.write_table(bare.replace_schema_metadata(table.schema.metadata), tmp_path / "bare.parquet")
     with pytest.raises(TraceFileError, match="every column must be float64 and have a unit"):
         load_trace(tmp_path / "bare.parquet")
+
+
+def test_memory_of_a_record_is_reckoned_with_enough_columns() -> None:
+    assert len(TRACE_CHANNELS) + len(ROOT_CHANNELS) <= CHANNELS

@@ -18,7 +18,6 @@ from tests.sim.sweep.test_plan import RANDOM, episodes
 TRAIN = """
 description = "x"
 replicas = 3
-scenario = "push_left"
 [axes]
 controller = ["supervisor", "statue"]
 mass_scale = [0.9, 1.0]
