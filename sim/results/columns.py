@@ -43,7 +43,7 @@ def _flag(meaning: str) -> Column:
 
 PARAMETERS: Mapping[str, Column] = MappingProxyType(
     {
-        "robot": _text("name of a robot or path of its file"),
+        "robot": _text("name of a robot"),
         "world": _text("humanoid or pendulum"),
         "controller": _text("short name, entry point, or path/to/file.py:Class"),
         "whole_body": _text("dynamics or ik"),

@@ -92,8 +92,9 @@ def _layer(scenario: Scenario) -> WholeBodyLayer:
 
 
 def makers_of(scenario: Scenario) -> dict[str, str]:
-    """What an episode's bits depend on: versions, and the file of the controller and the layer, if they are files."""
-    found = _versions().copy()
+    """What an episode's bits depend on: versions, the robot, and the controller and the layer if they are files."""
+    robot = robot_named(scenario.robot)
+    found = _versions() | {f"robot {robot.name}": robot.sha256[:12]}
     named = [(CONTROLLERS, scenario.controller.name)]
     if (layer := layer_of(scenario)) is not None:
         named.append((LAYERS, layer.name))

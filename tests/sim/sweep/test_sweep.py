@@ -88,7 +88,7 @@ def test_processes_give_the_same_rows_bit_for_bit(whole: pa.Table, tmp_path: Pat
         assert workers.count == 2
     assert lasting(read_results(tmp_path / "out")).equals(lasting(whole))
     sweep = results.read_sweep(tmp_path / "out")
-    assert (sweep["name"], sweep["planned"], sweep["finished"], sweep["robot"]) == ("short", 16, 16, ["utmu2"])
+    assert (sweep["name"], sweep["planned"], sweep["finished"], list(sweep["robots"])) == ("short", 16, 16, ["utmu2"])
     assert (tmp_path / "out" / results.SUITE).read_text() == loaded.text
 
 
