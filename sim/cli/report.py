@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from models.errors import InputError
 from sim.cli.numbers import whole
 
 if TYPE_CHECKING:
@@ -106,6 +107,7 @@ def baseline(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="File to write.", show_default="baselines/SUITE.json")
     ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file if there is one.")] = False,
 ) -> None:
     """Write the outcomes of a sweep to a small text file, to be reviewed and committed."""
     from sim.analysis.baseline import of_sweep, write_baseline
@@ -114,6 +116,8 @@ def baseline(
     made = of_sweep(folder)
     path = out if out is not None else Path("baselines") / f"{made.suite}.json"
     check_file(path, "--out")
+    if path.exists() and not overwrite:
+        raise InputError(f"--out: {str(path)!r} is there already; name another file or pass --overwrite")
     write_baseline(made, path)
     print(path)
 

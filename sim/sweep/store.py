@@ -13,6 +13,7 @@ from typing import Any
 from controllers.registry import CONTROLLERS
 from models.errors import InputError
 from scenarios.suite_catalogue import LoadedSuite
+from sim.record.places import real_path
 from sim.record.versions import commit, versions
 from sim.results import table as results
 from sim.results.push_size import robot_named
@@ -178,6 +179,7 @@ def owned(folder: Path) -> Iterator[None]:
     Raises:
         InputError: if it cannot be written, holds what no sweep writes, or another sweep is at it.
     """
+    real_path(folder, "--out")
     _check_foreign(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)

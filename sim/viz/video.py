@@ -74,6 +74,7 @@ def render_episode(
     size: tuple[int, int] = (640, 480),
     fps: float = 60.0,
     slow: float = 1.0,
+    span: tuple[float, float] = (0.0, math.inf),
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Film an episode into an mp4 file; the file appears only when it is complete.
@@ -85,6 +86,7 @@ def render_episode(
         size: (width, height) [px], both even.
         fps: frames a second.
         slow: 2 shows everything at half speed.
+        span: which part of the episode, from when to when [s].
         progress: called now and then with the fraction that is done.
 
     Raises:
@@ -93,7 +95,10 @@ def render_episode(
     """
     _check(camera, size, fps, slow)
     playback = Playback(trace)
-    ticks = list(_ticks(playback, fps * slow))
+    first, last = span
+    ticks = [tick for tick in _ticks(playback, fps * slow) if first <= playback.time[tick] <= last]
+    if not ticks:
+        raise InputError(f"no frame lies between {first:g} s and {last:g} s at {fps:g} frames a second")
     caption = Caption(playback, size)
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     partial = path.with_name(f".{path.stem}.partial.mp4")

@@ -72,7 +72,7 @@ REFUSED = {
     "bars of no kind": ("ablation --picture x.pdf", "--picture: 'x.pdf' must end in .png or .svg"),
     "bars in a file": (
         "ablation --picture done.json/x.png",
-        "--picture: 'done.json/x.png' cannot be written|is not a folder",
+        "--picture: 'done.json/x.png' cannot be made|is not a folder",
     ),
     "envelope of nothing": ("envelope gone", "'gone' is not the folder of a sweep: there is no such folder"),
     "envelope of a file": ("envelope done.json", "'done.json' is not the folder of a sweep: it is a file"),
@@ -91,7 +91,7 @@ REFUSED = {
     "report as a folder": ("report done --out empty", "--out: 'empty' is a folder; it must be a file"),
     "report in a file": (
         "report done --out done.json/x.html",
-        "--out: 'done.json/x.html' cannot be written|is not a folder",
+        "--out: 'done.json/x.html' cannot be made|is not a folder",
     ),
     "report against nothing": ("report done --baseline gone.json", "gone.json: cannot be read: No such file"),
     "report against another": ("report done --baseline alien.json", "baseline is of suite 'alien', the sweep of 'mad"),
