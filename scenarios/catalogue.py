@@ -80,10 +80,7 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
             robot's mass, a step is longer than the legs or no whole number of control periods, a margin leaves nothing
             of the sole, the pendulum is pushed up or down, or the record is larger than `MEMORY`.
     """
-    try:
-        scenario.gain.of(Pendulum(robot.omega, scenario.timing.control))
-    except GainError as error:
-        raise InputError(f"{source}: gain: {error}") from None
+    _check_gain(scenario, robot, source)
     for i, push in enumerate(scenario.pushes):
         bodies = (*robot.body_names, COG)
         if push.body not in bodies:
@@ -113,6 +110,29 @@ def _check_memory(scenario: Scenario, robot: Robot, source: str) -> None:
             f"{source}: duration: {scenario.duration!r} s of {scenario.timing.control!r} s a control period are "
             f"{scenario.ticks} rows of {columns} numbers; at most {most} rows, {MEMORY / 1e9:g} GB, are allowed"
         )
+
+
+def _check_gain(scenario: Scenario, robot: Robot, source: str) -> None:
+    """Refuse a gain that cannot be used, or, if the controller is one that has a gain, whose set cannot be computed."""
+    pendulum = Pendulum(robot.omega, scenario.timing.control)
+    try:
+        gain = scenario.gain.of(pendulum)
+        if "gain" in CONTROLLERS.entry(scenario.controller.name).options.model_fields:
+            # Solvers and hulls are long to import, and reading a scenario does without.
+            from controllers.admissible.gilbert_tan import MoaError
+            from controllers.admissible.moa import regulator_set
+            from controllers.geometry.support_polygon import Foot, support_polygon
+
+            feet = [
+                Foot(position=np.array([x, y]), yaw=yaw, sole=robot.sole_vertices[side])
+                for side, (x, y, yaw) in robot.sole_stance.items()
+            ]
+            try:
+                regulator_set(pendulum, gain, support_polygon(feet))
+            except MoaError as error:
+                raise InputError(f"{source}: gain: {error}") from None
+    except GainError as error:
+        raise InputError(f"{source}: gain: {error}") from None
 
 
 def _check_steps(scenario: Scenario, robot: Robot, source: str) -> None:

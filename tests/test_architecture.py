@@ -34,6 +34,8 @@ FEWER = {
     "controllers.whole_body": {"models", "controllers.interface", "controllers.registry"},
     "scenarios": {
         "models",
+        "controllers.admissible",
+        "controllers.geometry",
         "controllers.fields",
         "controllers.gains",
         "controllers.options",
