@@ -2,7 +2,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: install extras demo test recovery bench lint clean
+.PHONY: install extras demo test fuzz recovery bench lint clean
 
 install: $(READY)
 
@@ -23,6 +23,10 @@ demo: install
 
 test: install
 	$(BIN)/python -m pytest
+
+# Ten thousand mutated scenarios, suites, robots and command lines: none may do harm.
+fuzz: install
+	$(BIN)/python -m tests.fuzz --seed 0 --count 10000
 
 # The smoke suite against the committed baseline: did recovery get worse?
 recovery: install

@@ -6,6 +6,7 @@ import functools
 import hashlib
 import importlib
 import importlib.util
+import os
 import re
 import sys
 import traceback
@@ -100,10 +101,10 @@ class Registry:
             raise InputError(
                 f"{name!r} is none of {', '.join(map(repr, self.names()))}, nor path/to/file.py:Class{hint}"
             )
-        path = (folder / match["file"]).resolve()
-        if not path.is_file():
-            raise InputError(f"{name!r}: there is no file {str(path)!r}")
-        return f"{path}:{match['cls']}"
+        path = folder / match["file"]
+        if not os.path.isfile(path):  # False, too, for a name that no system can have
+            raise InputError(f"{name!r}: there is no file {os.path.abspath(path)!r}")
+        return f"{path.resolve()}:{match['cls']}"
 
     def entry(self, name: str) -> Entry:
         """The class of a name as `absolute` gives it.

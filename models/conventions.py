@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -70,10 +71,18 @@ def _names(model: mujoco.MjModel) -> Iterator[str]:
     for kind, code, name in _NAMED:
         if mujoco.mj_name2id(model, code, name) < 0:
             yield f"the robot has no {kind} named {name!r}"
+    called = [part(i).name for count, part in _parts(model) for i in range(count)]
+    for name in (TRUNK, *(f"{side}_sole" for side in SIDES)):
+        if called.count(name) > 1:
+            yield f"{name!r} is the name of several bodies, joints and sites; placo cannot tell them apart"
     for kind, count, part in (("body", model.nbody, model.body), ("joint", model.njnt, model.joint)):
         nameless = [i for i in range(count) if not part(i).name]
         if nameless:
             yield f"{kind} {nameless[0]} has no name; every one must have one"
+
+
+def _parts(model: mujoco.MjModel) -> tuple[tuple[int, Callable[[int], Any]], ...]:
+    return (model.nbody, model.body), (model.njnt, model.joint), (model.nsite, model.site)
 
 
 def _gravity(model: mujoco.MjModel) -> Iterator[str]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -115,7 +117,7 @@ def robot_path(name: str) -> Path:
         return shipped[name]
     path = Path(name)
     if path.suffix == ".xml":
-        if path.is_file():
+        if os.path.isfile(path):  # False, too, for a name that no system can have
             return path.resolve()
         raise InputError(f"robot: no file {name!r}")
     near = get_close_matches(name, shipped, n=1)
@@ -133,16 +135,21 @@ def load_robot(name: str) -> Robot:
         InputError: if the robot is unknown, or its file does not keep the conventions of `models/utmu2.xml`.
     """
     path = robot_path(name)
-    warnings: list[str] = []
+    said: list[str] = []
     # Without a listener, MuJoCo prints its warnings, and writes them into a file where the user is.
     former = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(warnings.append)
+    mujoco.set_mju_user_warning(said.append)
     try:
-        robot = read_robot(_compiled(path), path)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", UserWarning)
+            robot = read_robot(_compiled(path), path)
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: holds a name that is not UTF-8") from None
     finally:
         mujoco.set_mju_user_warning(former)
-    if warnings:
-        raise InputError(f"{path}: MuJoCo warns: {' '.join(warnings[0].split())}")
+    said += [str(each.message) for each in caught]
+    if said:
+        raise InputError(f"{path}: MuJoCo warns: {' '.join(said[0].split())}")
     return robot
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from pathlib import Path
 from typing import Any, Literal
@@ -37,7 +38,7 @@ def find_file(kind: Kind, name: str | Path) -> Path:
         return known[str(name)]
     path = Path(name)
     if path.suffix == ".toml":
-        if path.is_file():
+        if os.path.isfile(path):  # False, too, for a name that no system can have
             return path
         raise InputError(f"{kind}: no file {str(path)!r}")
     for other, command in _COMMANDS.items():
@@ -81,4 +82,7 @@ def _is_deep(fields: Any) -> bool:
 
 def robot_beside(path: Path, robot: str) -> str:
     """A robot as a file names it: the path of an `.xml` file is relative to that of the file."""
-    return str((path.parent / robot).resolve()) if robot.endswith(".xml") else robot
+    beside = path.parent / robot
+    if not robot.endswith(".xml"):
+        return robot
+    return str(beside.resolve()) if os.path.isfile(beside) else os.path.abspath(beside)

@@ -33,9 +33,9 @@ def _levels(value: Any) -> Any:
     first, last, step = value["first"], value["last"], value["step"]
     if step <= 0 or last < first:
         raise ValueError("must have a positive step and last >= first")
+    if (last - first) / step > MANY:
+        raise ValueError(f"makes {(last - first) / step:.7g} values; at most {MANY} are allowed")
     count = math.floor(snap((last - first) / step)) + 1
-    if count > MANY:
-        raise ValueError(f"makes {count} values; at most {MANY} are allowed")
     # Decimal fractions: 0.05 + 2 * 0.05 is meant to be 0.15 and not its neighbour.
     return [round(first + i * step, 12) for i in range(count)]
 

@@ -70,8 +70,10 @@ def _options(entry: Entry, field: str, given: Mapping[str, Any]) -> Strict:
 def _built(entry: Entry, field: str, *arguments: Any) -> Any:
     try:
         return entry.cls(*arguments)
-    except OkiagariError:
+    except InputError:
         raise
+    except OkiagariError as error:
+        raise InputError(f"{field}: {entry.short!r} cannot be built: {' '.join(str(error).split())}") from error
     except Exception as error:
         if entry.is_shipped:
             raise

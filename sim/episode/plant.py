@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from dm_control.rl.control import PhysicsError
 from numpy.typing import NDArray
 
 from controllers.interface import BalanceCommand, JointTargets, Observation, WholeBodyLayer
 from controllers.registry import LAYERS
-from models.errors import OkiagariError
+from models.errors import InputError, OkiagariError
 from models.robot import Robot
 from scenarios.schema import Scenario
 from sim.episode.build import layer_of, make_layer
@@ -186,7 +187,11 @@ class HumanoidPlant:
 
     def step(self) -> None:
         """See `Plant`."""
-        self.world.physics.step(self.world.substeps)
+        try:
+            self.world.physics.step(self.world.substeps)
+        except PhysicsError as error:
+            what = " ".join(str(error).split())
+            raise InputError(f"timing.physics: at {self.world.time:g} s the simulation diverged: {what}") from error
 
     def end(self) -> Effort:
         """See `Plant`."""

@@ -26,7 +26,7 @@ def real_path(path: Path, option: str) -> Path:
             raise InputError(f"{option}: {str(path)!r} is a symbolic link to {os.readlink(path)!r}, which is not there")
         path.exists()
         return path.resolve()
-    except (OSError, RuntimeError) as error:
+    except (OSError, RuntimeError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise InputError(f"{option}: {_short(path)} cannot be a path: {why}") from None
 

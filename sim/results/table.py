@@ -81,7 +81,7 @@ def read_results(folder: Path) -> pa.Table:
     Raises:
         ResultsError: if it is not the folder of a sweep, holds no row, or one of its files is damaged.
     """
-    if not (folder / SWEEP).is_file():
+    if not os.path.isfile(folder / SWEEP):
         raise _no_sweep(folder)
     tables = [read_file(path) for path in row_files(folder)]
     if not sum(table.num_rows for table in tables):
@@ -110,7 +110,8 @@ def read_sweep(folder: Path) -> dict[str, Any]:
 
 
 def _no_sweep(folder: Path) -> ResultsError:
-    why = f"it has no {SWEEP}" if folder.is_dir() else "it is a file" if folder.exists() else "there is no such folder"
+    is_folder, exists = os.path.isdir(folder), os.path.exists(folder)
+    why = f"it has no {SWEEP}" if is_folder else "it is a file" if exists else "there is no such folder"
     return ResultsError(f"{str(folder)!r} is not the folder of a sweep: {why}")
 
 

@@ -30,6 +30,7 @@ from sim.sweep import replay as replay_module
 from sim.sweep import sweep as sweep_module
 from sim.sweep.plan import plan
 from tests.fuzz import mutations
+from tests.sim.analysis.sweep_tables import folder_of, row, threshold_law
 
 TICKS = 15
 """So many of an episode that is allowed are run."""
@@ -38,7 +39,8 @@ MANY = 20_000
 PUSH = {"start": 0.05, "duration": 0.1, "direction": 30.0, "delta_v": 0.3, "body": "trunk", "height": 0.01}
 SCENARIO_FIELDS: dict[str, Any] = {
     "description": "fuzzed", "robot": "utmu2", "world": "humanoid", "controller": "supervisor",
-    "whole_body": "dynamics", "duration": 0.4, "seed": 1, "timing": {"physics": 0.001, "control": 0.002}, "gain": {"kind": "dcm", "k": 1.5},
+    "whole_body": "dynamics", "duration": 0.4, "seed": 1, "timing": {"physics": 0.001, "control": 0.002},
+    "gain": {"kind": "dcm", "k": 1.5},
     "stepping": {
         "rule": "sets", "step_times": [0.12, 0.15, 0.18], "max_steps": 4, "zmp_margin": 0.008, "max_stride": 0.28,
         "swing_height": 0.025, "replan": True, "early_trigger": 0.1, "angular_momentum": True,
@@ -59,16 +61,16 @@ SUITE_FIELDS: dict[str, Any] = {
     "axes": {
         "world": ["pendulum"], "controller": ["supervisor", "statue"], "body": ["trunk"], "direction": [0, 90],
         "delta_v": {"first": 0.1, "last": 0.3, "step": 0.1}, "duration": [0.1], "start": [0.6], "height": [0.0],
-        "mass_scale": [0.9], "friction": [0.5], "delay": [0.0], "noise_position": [0.0], "noise_velocity": [0.0],
+        "mass_scale": [0.9], "delay": [0.0], "noise_position": [0.0], "noise_velocity": [0.0],
     },
     "replica": {"pose": 0.002, "shift": 0.1, "time": 0.01, "direction": 5.0},
 }  # fmt: skip
 EXTRAS: tuple[dict[str, Any], ...] = (
     {"adaptive": {"stop_after": 2, "each_replica": True}},
     {"first": {"size": 1.2, "gap": 0.1, "duration": 0.1, "direction": [0.0, 360.0]}},
-    {"variants": {"a": {}, "b": {"stepping.replan": False, "controller": "paper"}}},
+    {"variants": {"a": {}, "b": {"stepping.replan": False, "gain.k": 2.0}}},
     {"scenario": {"controller": "regulator", "gain": {"kind": "dcm", "k": 2.0}, "timing": {"control": 0.004}}},
-    {"scenario": {"pushes": [PUSH]}},
+    {"scenario": {"pushes": [PUSH | {"point": [0.0, 0.0, 0.01]}]}},
     {"random": {"count": 5, "direction": [0, 90], "delta_v": [0.1, 0.2]}, "axes": {"world": ["pendulum"]}},
     {
         "train": {"count": 4, "interval": 0.5, "first": 0.5, "growth": 0.1, "direction": [0.0, 360.0]},
@@ -159,13 +161,19 @@ def command_case(rng: random.Random, folder: Path) -> str:
     (folder / "sweep").mkdir()
     facts = mutations.table(rng, {"suite": "x", "planned": 3})
     (folder / "sweep" / "sweep.json").write_text(json.dumps(facts, default=str), encoding="utf-8")
+    if rng.random() < 0.3:
+        folder_of(folder / "done", [row(LAW, direction_deg=d, delta_v=0.1 * v) for d in (0.0, 90.0) for v in (1, 2, 9)])
     (folder / "run").mkdir()
     (folder / "run" / TRACE).write_bytes(rng.randbytes(200))
     arguments = _arguments(rng, [str(folder / each) for each in _FILES])
     return _command(arguments, folder)
 
 
-_FILES = ("short.toml", "suite.toml", "broken.toml", "file", "empty", "sweep", "run", "new", "new/x.png", "x.html")
+_FILES = (
+    "short.toml", "suite.toml", "broken.toml", "file", "empty", "sweep", "done", "run", "new", "new/x.png", "x.html",
+)  # fmt: skip
+_USUAL = {"scenario": "short.toml", "suite": "suite.toml", "folder": "done"}
+LAW = threshold_law({"supervisor": 1.5})
 CASES: tuple[Callable[[random.Random, Path], str], ...] = (scenario_case, suite_case, robot_case, command_case)
 
 
@@ -181,7 +189,8 @@ def _arguments(rng: random.Random, files: list[str]) -> list[str]:
     found = [name if rng.random() < 0.98 else word()]
     for parameter in commands[name].params:
         if parameter.param_type_name == "argument" and rng.random() < 0.95:
-            found.append(word())
+            usual = _USUAL.get(parameter.name)
+            found.append(str(Path(files[0]).parent / usual) if usual and rng.random() < 0.5 else word())
         elif parameter.param_type_name == "option" and rng.random() < 0.3:
             found.append(parameter.opts[0])
             if not getattr(parameter, "is_flag", False) and rng.random() < 0.97:
@@ -201,7 +210,8 @@ def _refusal(attempt: Callable[[], Any], *files: Path) -> str:
             return f"not one line: {line!r}"
         if not any(str(file) in line for file in files):
             # What only shows while it runs names what it is about.
-            return "" if line.startswith(("pushes[", "controller ", "whole_body ")) else f"names no file: {line!r}"
+            known = ("pushes[", "controller", "whole_body", "timing.physics: at ")
+            return "" if line.startswith(known) else f"names no file: {line!r}"
     return ""
 
 

@@ -34,6 +34,13 @@ def number(rng: random.Random) -> Any:
     return rng.choice((size, -size, round(size, 3), int(size)))
 
 
+def nearby(rng: random.Random, old: Any) -> Any:
+    """A number of the same type, up to three times as large or small."""
+    if isinstance(old, bool):
+        return not old
+    return type(old)(old * rng.choice((0.34, 0.5, 0.9, 1.1, 1.5, 2.0, 3.0)))
+
+
 def value(rng: random.Random, depth: int = 0) -> Any:
     """Of any type that TOML knows."""
     kind = rng.random()
@@ -72,8 +79,8 @@ def table(rng: random.Random, base: dict[str, Any]) -> dict[str, Any]:
         act = rng.random()
         if act < 0.7:
             old = holder[last]
-            plain = isinstance(old, int | float) and rng.random() < 0.7
-            holder[last] = number(rng) if plain else value(rng)
+            plain = isinstance(old, int | float) and rng.random() < 0.8
+            holder[last] = value(rng) if not plain else number(rng) if rng.random() < 0.5 else nearby(rng, old)
         elif act < 0.8:
             del holder[last]
         elif act < 0.9 and isinstance(holder, list):

@@ -79,6 +79,10 @@ WRONG = {
     ),
     "a part called floor": (replaced(('name="visor"', 'name="floor"')), "repeated name 'floor' in geom"),
     "nameless": (replaced(('<body name="left_shin" ', "<body ")), "body 13 has no name"),
+    "two of one name": (
+        replaced(('<body name="left_foot">', '<body name="left_sole">')),
+        "'left_sole' is the name of several bodies, joints and sites",
+    ),
     "nothing": ("", "not a readable MJCF robot"),
     "half": (TEXT[:4000], "not a readable MJCF robot"),
     "bottomless": ("<mujoco>" + "<worldbody>" * 3000 + "</worldbody>" * 3000 + "</mujoco>", "not a readable MJCF"),
