@@ -26,7 +26,7 @@ test: install
 
 # Ten thousand mutated scenarios, suites, robots and command lines: none may do harm.
 fuzz: install
-	$(BIN)/python -m tests.fuzz --seed 0 --count 10000
+	$(BIN)/python -m tests.fuzz --seed $(or $(SEED),0) --count 10000
 
 # The smoke suite against the committed baseline: did recovery get worse?
 recovery: install

@@ -7,19 +7,19 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from controllers.fields import WHOLE, Strict, conflict, snap
+from controllers.fields import WHOLE, NotNegative, Strict, conflict, snap
 from controllers.options import DcmGain, GainOptions, Stepping
 from scenarios.choice import Choice, ControllerChoice, LayerChoice
 from scenarios.push import LONGEST, Push
 
 World = Literal["humanoid", "pendulum"]
-Pose = Annotated[float, Field(ge=0, le=1)]
+Pose = Annotated[NotNegative, Field(le=1)]
 # Far beyond what a controller could be expected to bear with.
 MassScale = Annotated[float, Field(ge=0.1, le=10)]
 Friction = Annotated[float, Field(ge=1e-4, le=10)]
-Delay = Annotated[float, Field(ge=0, le=1)]
-PositionNoise = Annotated[float, Field(ge=0, le=1)]
-VelocityNoise = Annotated[float, Field(ge=0, le=10)]
+Delay = Annotated[NotNegative, Field(le=1)]
+PositionNoise = Annotated[NotNegative, Field(le=1)]
+VelocityNoise = Annotated[NotNegative, Field(le=10)]
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from pathlib import Path
 
@@ -299,3 +300,9 @@ def test_what_the_robot_cannot_do_is_told_in_one_line(what: str, tmp_path: Path,
     assert line.startswith("mine.toml: ")
     for word in words:
         assert word in line
+
+
+def test_minus_zero_is_zero(tmp_path: Path) -> None:
+    scenario = load(written(tmp_path, "[variation]\npose = -0.0\n[disturbance]\nnoise_velocity = -0.0\n"))
+    assert math.copysign(1.0, scenario.variation.pose) == 1.0
+    assert math.copysign(1.0, scenario.disturbance.noise_velocity) == 1.0
