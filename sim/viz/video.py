@@ -26,6 +26,7 @@ from scipy.ndimage import gaussian_filter1d
 from models.arena import CAMERAS, FLOOR, build_arena
 from models.errors import InputError
 from models.robot import FREE_JOINT, robot_path
+from sim.record.outcome import judge
 from sim.record.trace import Trace
 from sim.viz.captions import Caption
 from sim.viz.overlay import Overlay
@@ -40,6 +41,7 @@ Frame = NDArray[np.uint8]
 SIZES = (160, 3840)  # [px] smallest and largest side of a frame
 _FOLLOW = 0.3  # [s] over which the camera averages the way of the COG
 _MAX_GEOMS = 1000
+_HELD = 1.0  # [s] that the last frame of a fall stays
 _IN_WORK = 4  # frames that may wait for words and ffmpeg while the next is drawn
 _FLOOR_COLOUR, _FLOOR_SIZE = (0.74, 0.755, 0.77, 1.0), (40.0, 40.0, 40.0)
 
@@ -99,6 +101,9 @@ def render_episode(
     ticks = [tick for tick in _ticks(playback, fps * slow) if first <= playback.time[tick] <= last]
     if not ticks:
         raise InputError(f"no frame lies between {first:g} s and {last:g} s at {fps:g} frames a second")
+    if judge(trace).time_of_fall is not None and last >= playback.time[-1]:
+        # A fall ends the episode: without a moment more nobody could read how.
+        ticks += [len(trace) - 1] * round(_HELD * fps)
     caption = Caption(playback, size)
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     partial = path.with_name(f".{path.stem}.partial.mp4")
