@@ -64,12 +64,14 @@ def render(
     note = why_no_video()
     if note:
         raise InputError(note)
-    from sim.viz.video import render_episode
+    from sim.viz.video import HOLD, render_episode
 
     path.parent.mkdir(parents=True, exist_ok=True)
     frame = (int(match[1]), int(match[2]))
     with progress_bar("filming", 1.0) as progress:
-        render_episode(trace, path, camera=camera, size=frame, fps=fps, slow=slow, span=span, progress=progress)
+        render_episode(
+            trace, path, camera=camera, size=frame, fps=fps, slow=slow, span=span, hold=HOLD, progress=progress
+        )
     print(path)
 
 

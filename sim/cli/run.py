@@ -104,10 +104,10 @@ def _write(scenario: Scenario, stage: Path, *, film: bool) -> EpisodeResult:
     run_folder.write_records(stage, result)
     draw_episode(result, stage / run_folder.FIGURE)
     if film:
-        from sim.viz.video import render_episode
+        from sim.viz.video import HOLD, render_episode
 
         with progress_bar("filming", 1.0) as progress:
-            render_episode(result.trace, stage / run_folder.VIDEO, progress=progress)
+            render_episode(result.trace, stage / run_folder.VIDEO, hold=HOLD, progress=progress)
     return result
 
 

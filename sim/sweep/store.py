@@ -162,6 +162,7 @@ def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) 
         "world": loaded.only,
         "suite_hash": suite_hash(loaded),
         "seed": suite.seed,
+        "rest": loaded.base.judge.rest,
         "controllers": _appearances(loaded),
         "robots": _robots(loaded),
         "versions": begun["versions"],

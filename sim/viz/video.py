@@ -41,7 +41,8 @@ Frame = NDArray[np.uint8]
 SIZES = (160, 3840)  # [px] smallest and largest side of a frame
 _FOLLOW = 0.3  # [s] over which the camera averages the way of the COG
 _MAX_GEOMS = 1000
-_HELD = 1.0  # [s] that the last frame of a fall stays
+HOLD = 1.0
+"""How long the last frame of a fall stays in the video of a run [s]."""
 _IN_WORK = 4  # frames that may wait for words and ffmpeg while the next is drawn
 _FLOOR_COLOUR, _FLOOR_SIZE = (0.74, 0.755, 0.77, 1.0), (40.0, 40.0, 40.0)
 
@@ -77,6 +78,7 @@ def render_episode(
     fps: float = 60.0,
     slow: float = 1.0,
     span: tuple[float, float] = (0.0, math.inf),
+    hold: float = 0.0,
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Film an episode into an mp4 file; the file appears only when it is complete.
@@ -89,6 +91,7 @@ def render_episode(
         fps: frames a second.
         slow: 2 shows everything at half speed.
         span: which part of the episode, from when to when [s].
+        hold: how long the last frame of a fall stays [s].
         progress: called now and then with the fraction that is done.
 
     Raises:
@@ -101,9 +104,9 @@ def render_episode(
     ticks = [tick for tick in _ticks(playback, fps * slow) if first <= playback.time[tick] <= last]
     if not ticks:
         raise InputError(f"no frame lies between {first:g} s and {last:g} s at {fps:g} frames a second")
-    if judge(trace).time_of_fall is not None and last >= playback.time[-1]:
+    if hold and judge(trace).time_of_fall is not None and last >= playback.time[-1]:
         # A fall ends the episode: without a moment more nobody could read how.
-        ticks += [len(trace) - 1] * round(_HELD * fps)
+        ticks += [len(trace) - 1] * round(hold * fps)
     caption = Caption(playback, size)
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     partial = path.with_name(f".{path.stem}.partial.mp4")
