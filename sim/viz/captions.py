@@ -30,10 +30,12 @@ class Caption:
     Args:
         playback: what is shown.
         size: (width, height) of a frame [px].
+        explained_once: whether only the first frame has the legend and what is shown, as in a strip of frames.
     """
 
-    def __init__(self, playback: Playback, size: tuple[int, int]) -> None:
+    def __init__(self, playback: Playback, size: tuple[int, int], *, explained_once: bool = False) -> None:
         self._playback = playback
+        self._explained_once, self._frames = explained_once, 0
         self._width, self._height = size
         self._unit = max(9, round(self._height / 36))
         fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
@@ -59,8 +61,10 @@ class Caption:
             _inside("tracking set", float(trace["tracking_slack"][tick])),
         )
         _blend(frame, panel, gap, gap + clock[0].shape[0])
-        _blend(frame, self._legend, self._width - self._legend[0].shape[1] - gap, gap)
-        _blend(frame, self._footer, gap, self._height - self._footer[0].shape[0] - gap)
+        if not (self._explained_once and self._frames):
+            _blend(frame, self._legend, self._width - self._legend[0].shape[1] - gap, gap)
+            _blend(frame, self._footer, gap, self._height - self._footer[0].shape[0] - gap)
+        self._frames += 1
         below = self._height - self._footer[0].shape[0] - gap
         fell = self._fell_at is not None and self._playback.time[tick] >= self._fell_at
         for words, colour in (

@@ -79,6 +79,7 @@ def render_episode(
     slow: float = 1.0,
     span: tuple[float, float] = (0.0, math.inf),
     hold: float = 0.0,
+    explained_once: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Film an episode into an mp4 file; the file appears only when it is complete.
@@ -92,6 +93,7 @@ def render_episode(
         slow: 2 shows everything at half speed.
         span: which part of the episode, from when to when [s].
         hold: how long the last frame of a fall stays [s].
+        explained_once: whether only the first frame has the legend.
         progress: called now and then with the fraction that is done.
 
     Raises:
@@ -107,7 +109,7 @@ def render_episode(
     if hold and judge(trace).time_of_fall is not None and last >= playback.time[-1]:
         # A fall ends the episode: without a moment more nobody could read how.
         ticks += [len(trace) - 1] * round(hold * fps)
-    caption = Caption(playback, size)
+    caption = Caption(playback, size, explained_once=explained_once)
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     partial = path.with_name(f".{path.stem}.partial.mp4")
     # The encoder shares two cores with the drawing: a slower preset halves the file and loses real time.
