@@ -52,6 +52,7 @@ def render(
         raise InputError(f"--size: {size!r} is not of the form WxH, for instance 1280x720")
     if not folder.is_dir():
         raise InputError(f"{str(folder)!r} is not a folder; it must be the folder of a run")
+    from sim.record.places import made_parents, real_path
     from sim.record.trace import load_trace
     from sim.results.out_file import check_file
 
@@ -66,11 +67,11 @@ def render(
         raise InputError(note)
     from sim.viz.video import HOLD, render_episode
 
-    path.parent.mkdir(parents=True, exist_ok=True)
+    real = real_path(path, "--out")
     frame = (int(match[1]), int(match[2]))
-    with progress_bar("filming", 1.0) as progress:
+    with made_parents(real, "--out"), progress_bar("filming", 1.0) as progress:
         render_episode(
-            trace, path, camera=camera, size=frame, fps=fps, slow=slow, span=span, hold=HOLD, progress=progress
+            trace, real, camera=camera, size=frame, fps=fps, slow=slow, span=span, hold=HOLD, progress=progress
         )
     print(path)
 

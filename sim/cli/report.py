@@ -109,6 +109,7 @@ def baseline(
 ) -> None:
     """Write the outcomes of a sweep to a small text file, to be reviewed and committed."""
     from sim.analysis.baseline import of_sweep, write_baseline
+    from sim.record.places import real_path
     from sim.results.out_file import check_file
 
     made = of_sweep(folder)
@@ -116,5 +117,5 @@ def baseline(
     check_file(path, "--out")
     if path.exists() and not overwrite:
         raise InputError(f"--out: {str(path)!r} is there already; name another file or pass --overwrite")
-    write_baseline(made, path)
+    write_baseline(made, real_path(path, "--out"))
     print(path)

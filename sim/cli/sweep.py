@@ -141,6 +141,7 @@ def replay(
 ) -> None:
     """Run one episode of a sweep again and confirm that every bit comes back; exit code 1 if not."""
     from sim.episode import run_folder
+    from sim.record.places import check_writable
     from sim.sweep import replay as again
 
     row = again.find_row(folder, episode)
@@ -148,6 +149,7 @@ def replay(
     target = out if out is not None else folder / "replays" / name
     if video or out is not None:
         run_folder.check_target(target, overwrite=out is None)
+        check_writable(target / run_folder.OUTCOME, "--out")
     if video:
         from sim.viz.video import missing_renderer
 

@@ -217,3 +217,18 @@ def test_a_part_of_a_run_is_filmed_into_another_file(here: Path, capsys: pytest.
         capsys.readouterr()
         assert main(["render", "a", *options]) == 2
         assert words in capsys.readouterr().err
+
+
+def test_a_link_is_followed_and_a_replay_refused_before_it_runs(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sweep", "suite.toml", "--workers", "1", "--out", "out"]) == 0
+    (here / "real.json").write_text("{}")
+    (here / "link.json").symlink_to("real.json")
+    assert main(["baseline", "out", "--out", "link.json", "--overwrite"]) == 0
+    assert (here / "link.json").is_symlink()
+    assert "okiagari baseline" in (here / "real.json").read_text()
+    episode = read_results(here / "out")["episode"][0].as_py()
+    capsys.readouterr()
+    assert main(["replay", "out", episode, "--out", "/proc/x"]) == 2
+    told = capsys.readouterr()
+    assert "--out: " in told.err
+    assert told.out == ""
