@@ -2,7 +2,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: install demo test fuzz recovery bench lint clean
+.PHONY: install extras demo test fuzz recovery bench lint clean
 
 install: $(READY)
 
@@ -13,6 +13,10 @@ $(READY): pyproject.toml constraints.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev]'
 	@touch $@
 
+# What is optional: Gymnasium, trained policies.
+extras: install
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev,gym,onnx]'
+
 demo: install
 	$(BIN)/okiagari run three_pushes --world pendulum --out out/demo/pendulum --overwrite
 	$(BIN)/okiagari run three_pushes --world humanoid --out out/demo/humanoid --overwrite
@@ -20,7 +24,7 @@ demo: install
 test: install
 	$(BIN)/python -m pytest
 
-# Mutated scenarios, suites, robots and command lines: none may end in a traceback, hang or leave a folder half written.
+# Ten thousand mutated scenarios, suites, robots and command lines: none may do harm.
 fuzz: install
 	$(BIN)/python -m tests.fuzz --seed $(or $(SEED),0) --count 10000
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
-NotNegative = Annotated[float, Field(ge=0)]
+# Minus zero is not below zero, and numpy takes it for negative all the same.
+NotNegative = Annotated[float, Field(ge=0), AfterValidator(abs)]
 # TOML and JSON know lists only, so the container is lenient while its numbers stay strict.
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
 

@@ -126,14 +126,19 @@ class BalanceCommand:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointTargets:
-    """What the servos get: (n,) position [rad], velocity [rad/s], feed-forward torque [N m].
+    """What the servos get.
 
-    `solver_failed` says that the whole-body solver found no answer in this tick and the last torque was kept.
+    Attributes:
+        position, velocity, torque: (n,) of the joints [rad], [rad/s], and of the feed-forward [N m].
+        stiffness, damping: (n,) gains of the servos [N m/rad], [N m s/rad]; None for those of the robot's file.
+        solver_failed: the whole-body solver found no answer in this tick, and the last torque was kept.
     """
 
     position: Array
     velocity: Array
     torque: Array
+    stiffness: Array | None = None
+    damping: Array | None = None
     solver_failed: bool = False
 
 
@@ -239,6 +244,25 @@ class BalanceController(Protocol):
 
     def command(self, observation: Observation) -> BalanceCommand:
         """One control tick: what the body shall do, given what is seen."""
+
+
+class JointController(Protocol):
+    """A controller at joint level, for instance a trained policy: `Class(setting, options)`.
+
+    It takes the place of everything from the supervisor to the servos, so that no whole-body layer is built. It is
+    named like a balance controller, and may have the same members beside.
+
+    Attributes:
+        period: time from one question to the next, a whole multiple of the control period [s].
+    """
+
+    period: float
+
+    def reset(self, seed: int) -> None:
+        """Begin an episode with this seed."""
+
+    def targets(self, observation: Observation) -> JointTargets:
+        """What the servos shall hold until the next question, given what is seen."""
 
 
 @runtime_checkable

@@ -104,6 +104,7 @@ class Stepping(Strict):
             which the DCM of a robot of this size grows 400-fold; "polygon" takes the first.
         max_steps: most steps that the sets look ahead; 1 also means that no step follows another at once.
         zmp_margin: distance that the ZMP keeps from the edges of the stance sole [m], below half its width.
+        zmp_error: largest error of the realised ZMP along each axis [m] that all sets withstand.
         max_stride: longest way of a foot from beside the other one [m], from 0.001 to the length of the legs.
         swing_height: highest point of the swing foot's sole over the floor [m], from 0.001 to the length of the legs.
         replan: whether foothold and ZMP are chosen anew at every tick; else the foothold stays that of the lift-off.
@@ -115,6 +116,7 @@ class Stepping(Strict):
     step_times: Annotated[tuple[_StepTime, ...], Field(strict=False, min_length=1, max_length=10)] = (0.12, 0.15, 0.18)
     max_steps: int = Field(default=8, ge=1, le=20)
     zmp_margin: NotNegative = 0.008
+    zmp_error: NotNegative = 0.0
     max_stride: _Length = 0.28
     swing_height: _Length = 0.025
     replan: bool = True

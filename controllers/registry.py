@@ -49,6 +49,11 @@ class Entry:
         return short(self.name)
 
     @property
+    def at_joints(self) -> bool:
+        """Whether it is a controller at joint level."""
+        return not hasattr(self.cls, "command")
+
+    @property
     def options(self) -> type[Strict]:
         """The model of its options."""
         found: type[Strict] = getattr(self.cls, "Options", NoOptions)
@@ -69,13 +74,13 @@ class Registry:
         kind: what they are, for messages.
         group: the group of entry points that installed packages add theirs by.
         shipped: short name -> "module:Class" of ours.
-        method: what every class must have.
+        methods: of which every class must have one.
     """
 
     kind: str
     group: str
     shipped: Mapping[str, str]
-    method: str
+    methods: tuple[str, ...]
 
     def names(self) -> tuple[str, ...]:
         """The short names there are."""
@@ -131,8 +136,9 @@ class Registry:
 
     def _checked(self, entry: Entry) -> Entry:
         cls, options = entry.cls, getattr(entry.cls, "Options", NoOptions)
-        if not isinstance(cls, type) or not callable(getattr(cls, self.method, None)):
-            raise InputError(f"{entry.short!r} is no {self.kind}: it has no method {self.method}()")
+        if not isinstance(cls, type) or not any(callable(getattr(cls, name, None)) for name in self.methods):
+            wanted = " nor ".join(f"{name}()" for name in self.methods)
+            raise InputError(f"{entry.short!r} is no {self.kind}: it has no method {wanted}")
         if not (isinstance(options, type) and issubclass(options, Strict)):
             raise InputError(f"{entry.short!r}: its Options must be a subclass of controllers.fields.Strict")
         return entry
@@ -185,9 +191,9 @@ def _told(error: Exception, path: Path | None = None) -> str:
 
 
 CONTROLLERS = Registry(
-    kind="balance controller",
+    kind="controller",
     group="okiagari.controllers",
-    method="command",
+    methods=("command", "targets"),
     shipped={
         "supervisor": "controllers.supervisor.supervisor:Supervisor",
         "paper": "controllers.baselines.paper:PaperSupervisor",
@@ -198,7 +204,7 @@ CONTROLLERS = Registry(
 LAYERS = Registry(
     kind="whole-body layer",
     group="okiagari.whole_body",
-    method="targets",
+    methods=("targets",),
     shipped={
         "dynamics": "controllers.whole_body.inverse_dynamics:DynamicsWholeBody",
         "ik": "controllers.whole_body.inverse_kinematics:IkWholeBody",

@@ -120,7 +120,7 @@ def _add_lights_and_cameras(spec: mujoco.MjSpec) -> None:
         ("three_quarter", (0.75, -0.95, 0.50), (0.0, 0.0, 0.24)),
         ("side", (0.0, -1.25, 0.30), (0.0, 0.0, 0.26)),
         ("front", (1.25, 0.0, 0.30), (0.0, 0.0, 0.26)),
-        ("top", (0.0, -1e-6, 1.60), (0.0, 0.0, 0.0)),
+        ("top", (0.0, -1e-6, 1.15), (0.0, 0.0, 0.0)),
     ):
         spec.worldbody.add_camera(name=name, pos=position, quat=_look_at(position, target), fovy=38)
 

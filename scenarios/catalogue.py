@@ -80,10 +80,7 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
             robot's mass, a step is longer than the legs or no whole number of control periods, a margin leaves nothing
             of the sole, the pendulum is pushed up or down, or the record is larger than `MEMORY`.
     """
-    try:
-        scenario.gain.of(Pendulum(robot.omega, scenario.timing.control))
-    except GainError as error:
-        raise InputError(f"{source}: gain: {error}") from None
+    _check_gain(scenario, robot, source)
     for i, push in enumerate(scenario.pushes):
         bodies = (*robot.body_names, COG)
         if push.body not in bodies:
@@ -115,6 +112,29 @@ def _check_memory(scenario: Scenario, robot: Robot, source: str) -> None:
         )
 
 
+def _check_gain(scenario: Scenario, robot: Robot, source: str) -> None:
+    """Refuse a gain that cannot be used, or, if the controller is one that has a gain, whose set cannot be computed."""
+    pendulum = Pendulum(robot.omega, scenario.timing.control)
+    try:
+        gain = scenario.gain.of(pendulum)
+        if "gain" in CONTROLLERS.entry(scenario.controller.name).options.model_fields:
+            # Solvers and hulls are long to import, and reading a scenario does without.
+            from controllers.admissible.gilbert_tan import MoaError
+            from controllers.admissible.moa import regulator_set
+            from controllers.geometry.support_polygon import Foot, support_polygon
+
+            feet = [
+                Foot(position=np.array([x, y]), yaw=yaw, sole=robot.sole_vertices[side])
+                for side, (x, y, yaw) in robot.sole_stance.items()
+            ]
+            try:
+                regulator_set(pendulum, gain, support_polygon(feet))
+            except MoaError as error:
+                raise InputError(f"{source}: gain: {error}") from None
+    except GainError as error:
+        raise InputError(f"{source}: gain: {error}") from None
+
+
 def _check_steps(scenario: Scenario, robot: Robot, source: str) -> None:
     stepping, control = scenario.stepping, scenario.timing.control
     steps = "stepping" in CONTROLLERS.entry(scenario.controller.name).options.model_fields
@@ -131,6 +151,13 @@ def _check_steps(scenario: Scenario, robot: Robot, source: str) -> None:
                 f"{source}: stepping.{field}: {length!r} m is longer than {robot.name}'s legs, {robot.leg_length:.3g} m"
             )
     width = min(robot.sole_width, robot.sole_length)
+    room = 0.5 * width - stepping.zmp_margin
+    if 2 * stepping.zmp_error >= room > 0.0:
+        raise InputError(
+            f"{source}: stepping.zmp_error: {stepping.zmp_error!r} m leaves nothing of {robot.name}'s sole, which is "
+            f"{width:.3g} m at its narrowest, and {stepping.zmp_margin:g} m of it are margin; "
+            f"it must be below {0.5 * room:.3g} m"
+        )
     if 2 * stepping.zmp_margin >= width:
         raise InputError(
             f"{source}: stepping.zmp_margin: {stepping.zmp_margin!r} m leaves nothing of {robot.name}'s sole, "

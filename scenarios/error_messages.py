@@ -16,6 +16,8 @@ _LIMITS = {
 }
 _KINDS = {
     "float_type": "a number",
+    "float_parsing": "a number",
+    "int_parsing": "a whole number",
     "int_type": "a whole number",
     "string_type": "a text",
     "tuple_type": "a list",

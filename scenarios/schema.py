@@ -7,21 +7,19 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from controllers.fields import WHOLE, Strict, conflict, snap
+from controllers.fields import WHOLE, NotNegative, Strict, conflict, snap
 from controllers.options import DcmGain, GainOptions, Stepping
 from scenarios.choice import Choice, ControllerChoice, LayerChoice
 from scenarios.push import LONGEST, Push
 
 World = Literal["humanoid", "pendulum"]
-# Of -0.0, which is not below 0, numpy makes no deviation.
-_UNSIGNED = AfterValidator(abs)
-Pose = Annotated[float, Field(ge=0, le=1), _UNSIGNED]
+Pose = Annotated[NotNegative, Field(le=1)]
 # Far beyond what a controller could be expected to bear with.
 MassScale = Annotated[float, Field(ge=0.1, le=10)]
 Friction = Annotated[float, Field(ge=1e-4, le=10)]
-Delay = Annotated[float, Field(ge=0, le=1)]
-PositionNoise = Annotated[float, Field(ge=0, le=1), _UNSIGNED]
-VelocityNoise = Annotated[float, Field(ge=0, le=10), _UNSIGNED]
+Delay = Annotated[NotNegative, Field(le=1)]
+PositionNoise = Annotated[NotNegative, Field(le=1)]
+VelocityNoise = Annotated[NotNegative, Field(le=10)]
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 
 
@@ -79,6 +77,17 @@ class Disturbance(Strict):
     noise_velocity: VelocityNoise = 0.0
 
 
+class Judge(Strict):
+    """What counts as recovered.
+
+    Attributes:
+        rest: "still": no step is under way and the COG is slower than 0.05 m/s; "upright": it may march in place, and
+            the COG has moved by less than 0.1 m in the last second.
+    """
+
+    rest: Literal["still", "upright"] = "still"
+
+
 class Scenario(Strict):
     """One experiment.
 
@@ -91,7 +100,7 @@ class Scenario(Strict):
         whole_body: how the balance command becomes joint targets, named likewise by `controllers.registry.LAYERS`.
         duration: length of the episode [s], from one control period to 3600.
         seed: of everything that is drawn; below 2^63, as whole numbers in TOML are.
-        timing, gain, stepping, variation, disturbance, pushes: see there; the pushes in order of time, no two in
+        timing, gain, stepping, variation, disturbance, judge, pushes: see there; the pushes in order of time, no two in
             one control period.
     """
 
@@ -107,6 +116,7 @@ class Scenario(Strict):
     stepping: Stepping = Stepping()
     variation: Variation = Variation()
     disturbance: Disturbance = Disturbance()
+    judge: Judge = Judge()
     pushes: Annotated[tuple[Push, ...], Field(strict=False)] = ()
 
     @model_validator(mode="after")

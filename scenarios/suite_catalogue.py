@@ -110,6 +110,14 @@ def in_world(loaded: LoadedSuite, world: World) -> LoadedSuite:
     return replace(loaded, suite=loaded.suite.model_copy(update={"axes": axes}), only=world)
 
 
+def with_controllers(loaded: LoadedSuite, controllers: tuple[str, ...]) -> LoadedSuite:
+    """The same suite answered by other controllers, named as `controllers.registry.CONTROLLERS` has them."""
+    axes = loaded.suite.axes.model_copy(update={"controller": controllers})
+    changed_suite = replace(loaded, suite=loaded.suite.model_copy(update={"axes": axes}))
+    changed_suite.classes("controller")
+    return changed_suite
+
+
 def _base(suite: Suite, path: Path) -> Scenario:
     if isinstance(suite.scenario, str):
         given = suite.scenario

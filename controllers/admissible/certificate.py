@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from controllers.admissible.moa import MoaSet, direct_rows, outputs
 from controllers.admissible.tracking_sets import TrackingSets
@@ -119,9 +120,9 @@ def _of_regulator(moa: MoaSet, planes: tuple[str, ...]) -> Certificate:
     if moa.error is not None:
         now = d - moa.error.support(direct_rows(moa.polygon, len(d)))
         after = moa.a - moa.error.support(moa.S @ moa.pendulum.B)
-    program = LinearProgram(moa.S, moa.a)
-    inner = _worst(program, C, now)
-    invariance = _worst(program, moa.S @ moa.gain.closed_loop(moa.pendulum), after)
+    own = moa.S, moa.a
+    inner, asked = _implied(own, C, now)
+    invariance, more = _implied(own, moa.S @ moa.gain.closed_loop(moa.pendulum), after)
     return Certificate(
         subject=f"regulator set, {moa.gain.name}",
         t_star=moa.t_star,
@@ -132,7 +133,7 @@ def _of_regulator(moa: MoaSet, planes: tuple[str, ...]) -> Certificate:
         w_bar=0.0 if moa.error is None else moa.error.w_bar,
         invariance=invariance,
         inner=inner,
-        programs=len(C) + len(moa.a),
+        programs=asked + more,
         areas=tuple(plane_area(moa.polytope, np.zeros(4), plane) for plane in planes),
     )
 
@@ -207,9 +208,8 @@ def _error_set(sets: TrackingSets, k: int) -> tuple[np.ndarray, np.ndarray]:
 def _implied(of: tuple[np.ndarray, np.ndarray], S: np.ndarray, a: np.ndarray) -> tuple[float, int]:
     """Largest max of S x - a over the set `of`, and how many linear programs it took."""
     own, limits = of
-    same = np.abs(S[:, None, :] - own[None, :, :]).max(axis=2) <= _SAME
-    least = np.where(same, limits[None, :], np.inf).min(axis=1, initial=np.inf)
-    literal = least - a
+    near = cKDTree(own).query_ball_point(S, _SAME, p=np.inf)
+    literal = np.array([min(limits[rows], default=np.inf) for rows in near]) - a
     missing = ~(literal <= TOLERANCE / 2)
     worst = float(literal[~missing].max(initial=-np.inf))
     if missing.any():

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from controllers.admissible.moa import MoaSet, regulator_set
 from controllers.admissible.robust import EmptySetError, ZmpError
-from controllers.gains import Gain, GainError, dcm, lqr, poles
+from controllers.gains import Gain, GainError
 from controllers.geometry.support_polygon import SupportPolygon
 from controllers.pendulum import Pendulum
 
@@ -87,20 +87,6 @@ class GainBank:
                 return moa
         raise KeyError(name)
 
-    def choose(self, x: ArrayLike) -> MoaSet | None:
-        """Set of the stiffest gain that contains state x (4,); None outside the union."""
-        return next((moa for moa in self.sets if moa.contains(x)), None)
-
-    def choices(self, x: ArrayLike) -> np.ndarray:
-        """Index (...,) into `sets` that `choose` finds for each state of x (..., 4); -1 outside the union."""
-        inside = np.stack([moa.slacks(x) >= 0.0 for moa in self.sets])
-        return np.where(inside.any(axis=0), inside.argmax(axis=0), -1)
-
-    def zmp(self, x: ArrayLike) -> np.ndarray | None:
-        """ZMP command (2,) [m] of the gain chosen for state x (4,), by (13) and (18); None outside the union."""
-        moa = self.choose(x)
-        return None if moa is None else moa.centre - moa.gain.F @ (np.asarray(x, dtype=float) - moa.x_C)
-
     def slack(self, x: ArrayLike) -> float:
         """Largest slack [m of ZMP] of state x (4,) in any of the sets; negative outside the union."""
         return max(moa.slack(x) for moa in self.sets)
@@ -142,23 +128,3 @@ def gain_bank(
     if not sets:
         raise max(empty, key=lambda reason: reason.w_bar)
     return GainBank(sets=tuple(sets), left_out=left_out)
-
-
-def standard_gains(pendulum: Pendulum, polygon: SupportPolygon, w_bar: float = 0.002) -> tuple[Gain, ...]:
-    """LQR from stiff to soft, slow poles, and DCM gains down to k* for a ZMP error up to `w_bar` [m].
-
-    k* is that of the edge nearest to the centroid of the polygon.
-
-    Raises:
-        GainBankError: the polygon is too small for the error.
-    """
-    nearest = polygon.slack(polygon.centre)
-    return (
-        lqr(pendulum, (100.0, 1.0), 1.0),
-        lqr(pendulum, (1.0, 1.0), 1.0),
-        lqr(pendulum, (1.0, 0.0), 1.0),
-        poles(pendulum, (-0.2 * pendulum.omega, -0.8 * pendulum.omega)),
-        dcm(pendulum, 2.0),
-        dcm(pendulum, 1.2),
-        dcm(pendulum, best_dcm_ratio(nearest, w_bar)),
-    )

@@ -14,6 +14,8 @@ from scipy.spatial import ConvexHull, QhullError
 from controllers.gains import UnobservableGainError
 from models.errors import OkiagariError
 
+MOST_ROWS = 8_192
+"""Constraints in more than two coordinates that are looked through at once; their hull takes ten seconds."""
 # Samples of the first attempt; doubled until the last ones cut nothing off.
 _FIRST_BLOCK = 32
 
@@ -50,12 +52,17 @@ def cutting(
 
     Raises:
         UnobservableGainError: the set is unbounded, or so nearly that rounding decides.
-        NotDeterminedError: constraints at max_samples still cut.
+        NotDeterminedError: constraints at max_samples still cut, or there are more than `MOST_ROWS`.
     """
     stack, power = C[None], loop
     while len(stack) < _FIRST_BLOCK:
         stack, power = np.concatenate((stack, stack @ power)), power @ power
     while True:
+        if C.shape[1] > 2 and stack.shape[0] * stack.shape[1] > MOST_ROWS:
+            raise NotDeterminedError(
+                f"gain {name!r}: the MOA set needs more than {MOST_ROWS} constraints of {C.shape[1]} coordinates; use "
+                "faster poles, the same gain for both axes, or a longer control period"
+            )
         try:
             limits = d if taken is None else d - taken(stack)
             hull = ConvexHull((stack / limits[..., None]).reshape(-1, C.shape[1]))

@@ -11,8 +11,6 @@ for a foot that reaches r, steps no longer than l (centre to centre), and no ste
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,25 +24,12 @@ from controllers.geometry.support_polygon import SupportPolygon
 from controllers.pendulum import Pendulum
 from models.errors import OkiagariError
 
-# Halvings of the search along a ray for sets known only by their slack: a millionth of a metre a second.
-_HALVINGS = 30
-# Where that search starts [m/s]; no set of a robot of any size reaches it from rest.
-_FASTEST = 100.0
-
 
 class LimitError(OkiagariError):
     """A question about limits that has no answer."""
 
 
-class HasSlack(Protocol):
-    """Any other set of states: its `slack` is positive inside, and it is star-shaped about the state pushed."""
-
-    def slack(self, x: np.ndarray, /) -> float:
-        """Slack of state x (4,)."""
-        ...
-
-
-Region = Polytope | MoaSet | TrackingSets | DelayedSet | GainBank | HasSlack
+Region = Polytope | MoaSet | TrackingSets | DelayedSet | GainBank
 
 
 def _unit(direction: ArrayLike) -> np.ndarray:
@@ -77,30 +62,6 @@ def no_step_limit(
     toward = polygon.M @ _unit(direction)
     facing = toward > 0.0
     return pendulum.omega * float(((polygon.v - polygon.M @ at)[facing] / toward[facing]).min())
-
-
-def capturability(pendulum: Pendulum, foot_reach: float, longest_step: float, step_time: float, steps: int) -> float:
-    """Koolen's d_N [m] in closed form: d_inf + (r - d_inf) e^{-N omega T}.
-
-    Args:
-        pendulum: gives omega.
-        foot_reach: r, from the foot's centre to its edge [m].
-        longest_step: l, from centre to centre [m].
-        step_time: T [s].
-        steps: N >= 0.
-
-    Raises:
-        LimitError: an argument is negative or not finite.
-    """
-    shrink = _shrink(pendulum, foot_reach, longest_step, step_time, steps)
-    last = endless_capturability(pendulum, foot_reach, longest_step, step_time)
-    return last + (foot_reach - last) * shrink**steps
-
-
-def endless_capturability(pendulum: Pendulum, foot_reach: float, longest_step: float, step_time: float) -> float:
-    """d_inf = r + l e^{-omega T} / (1 - e^{-omega T}) [m]: `capturability` with as many steps as one likes."""
-    shrink = _shrink(pendulum, foot_reach, longest_step, step_time, 0)
-    return foot_reach + longest_step * shrink / (1.0 - shrink)
 
 
 def capturability_steps(
@@ -146,9 +107,6 @@ def recoverable_delta_v(region: Region, direction: ArrayLike, x: ArrayLike | Non
         return max(recoverable_delta_v(moa, direction, state) for moa in members)
     ray = np.kron(_unit(direction), [0.0, 1.0])
     half_spaces, state = _half_spaces(region, phase, x)
-    if half_spaces is None:
-        assert not isinstance(region, Polytope | MoaSet | TrackingSets | DelayedSet | GainBank)
-        return _along_slack(region, state, ray)
     room, usage = half_spaces.a - half_spaces.S @ state, half_spaces.S @ ray
     # The boundary itself is in the set; its rounding is not worth an error.
     if not room.min() > -1e-12:
@@ -157,59 +115,20 @@ def recoverable_delta_v(region: Region, direction: ArrayLike, x: ArrayLike | Non
     return float(np.maximum(room[facing] / usage[facing], 0.0).min(initial=np.inf))
 
 
-def _half_spaces(region: Region, phase: int, x: ArrayLike | None) -> tuple[Polytope | None, np.ndarray]:
-    known, state = None, None
+def _half_spaces(
+    region: Polytope | MoaSet | TrackingSets | DelayedSet, phase: int, x: ArrayLike | None
+) -> tuple[Polytope, np.ndarray]:
+    state = None
     if isinstance(region, MoaSet):
         known, state = region.in_world(), region.x_C
     elif isinstance(region, DelayedSet):
         known, state = region.after_rest(), region.x_C
     elif isinstance(region, TrackingSets):
         known, state = region.polytope(phase), region.reference.xi[phase]
-    elif isinstance(region, Polytope):
+    else:
         known = region
     if x is not None:
         state = np.asarray(x, dtype=float)
     if state is None:
         raise LimitError("give the state x before the push: this set has no centre of its own")
     return known, state
-
-
-def _along_slack(region: HasSlack, x: np.ndarray, ray: np.ndarray) -> float:
-    if not region.slack(x) >= 0.0:
-        raise LimitError("the state before the push is outside the set")
-    inside, outside = 0.0, _FASTEST
-    if region.slack(x + outside * ray) >= 0.0:
-        return math.inf
-    for _ in range(_HALVINGS):
-        half = 0.5 * (inside + outside)
-        inside, outside = (half, outside) if region.slack(x + half * ray) >= 0.0 else (inside, half)
-    return inside
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Reach:
-    """Size of a set in a direction, beside the physical limits.
-
-    Attributes:
-        direction: angle from x to y [rad].
-        delta_v: recoverable change of the COG velocity from rest [m/s].
-        no_step: the same without stepping, by any controller [m/s].
-    """
-
-    direction: float
-    delta_v: float
-    no_step: float
-
-    @property
-    def ratio(self) -> float:
-        """Share of the no-step limit; above 1 only by stepping."""
-        return self.delta_v / self.no_step
-
-
-def reaches(region: MoaSet | DelayedSet | GainBank, directions: ArrayLike) -> tuple[Reach, ...]:
-    """`Reach` of a set of regulators in each direction [rad], pushed at rest over its centre."""
-    found = []
-    for angle in np.asarray(directions, dtype=float).ravel().tolist():
-        limit = no_step_limit(region.pendulum, region.polygon, angle, region.centre)
-        found.append(Reach(direction=angle, delta_v=recoverable_delta_v(region, angle), no_step=limit))
-    return tuple(found)

@@ -145,7 +145,12 @@ class MoaSet:
 
     def explain(self, x: ArrayLike, delay: float = 0.0) -> str:
         """One sentence: where and when the regulator started at x (4,), `delay` [s] from now, would fail."""
+        if not np.isfinite(x).all():
+            return NO_STATE
         return sentence(self, self.violation(x), self.tight(x), self.slack(x), delay)
+
+
+NO_STATE = "the state is not finite, and in no set"
 
 
 def sentence(

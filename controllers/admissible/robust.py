@@ -1,6 +1,6 @@
 """Bounded error of the ZMP, and what it takes away from the constraints of an MOA set.
 
-The body realises u + w instead of the commanded ZMP u, with w in a box or a disc W. A constraint m (u + w) <= d of
+The body realises u + w instead of the commanded ZMP u, with w in a box W. A constraint m (u + w) <= d of
 the closed loop x+ = Atilde x + B w then loses, t samples ahead, the most that the errors until then can add up to:
 
     h_W(m) + sum over j < t of h_W((-m F Atilde^j B)'),    h_W(r) = max over w in W of r w,
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 
@@ -29,35 +29,26 @@ _DOUBLINGS = 40
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ZmpError:
-    """Set W of errors (2,) [m] of the realised ZMP, world frame, symmetric about zero.
+    """Box W of errors (2,) [m] of the realised ZMP, world frame, symmetric about zero.
 
     Attributes:
-        half_widths: largest error in x and in y [m]; both the radius for a disc.
-        shape: "box" (each axis on its own) or "disc".
+        half_widths: largest error in x and in y [m].
 
     Raises:
-        MoaError: not two finite numbers >= 0, or a disc with two radii.
+        MoaError: not two finite numbers >= 0.
     """
 
     half_widths: tuple[float, float]
-    shape: Literal["box", "disc"]
 
     def __post_init__(self) -> None:
         x, y = self.half_widths
         if not (math.isfinite(x) and math.isfinite(y) and x >= 0.0 and y >= 0.0):
             raise MoaError(f"a ZMP error needs finite half-widths in metres, not negative, got {self.half_widths!r}")
-        if self.shape not in ("box", "disc") or (self.shape == "disc" and x != y):
-            raise MoaError(f"a ZMP error is a box or a disc of one radius, got {self.shape!r} {self.half_widths!r}")
 
     @classmethod
     def box(cls, x: float, y: float | None = None) -> Self:
         """|w_x| <= x, |w_y| <= y [m]; y as x if None."""
-        return cls(half_widths=(float(x), float(x if y is None else y)), shape="box")
-
-    @classmethod
-    def disc(cls, radius: float) -> Self:
-        """|w| <= radius [m]."""
-        return cls(half_widths=(float(radius), float(radius)), shape="disc")
+        return cls(half_widths=(float(x), float(x if y is None else y)))
 
     @property
     def w_bar(self) -> float:
@@ -67,20 +58,11 @@ class ZmpError:
     def scaled(self, factor: float) -> Self:
         """The same shape `factor` times as large."""
         x, y = self.half_widths
-        return type(self)(half_widths=(factor * x, factor * y), shape=self.shape)
+        return type(self)(half_widths=(factor * x, factor * y))
 
     def support(self, rows: np.ndarray) -> np.ndarray:
         """h_W (...,) of each row (..., 2): the most that an error adds to row . w."""
-        if self.shape == "box":
-            return np.asarray(np.abs(rows) @ np.array(self.half_widths))
-        return np.asarray(self.half_widths[0] * np.hypot(rows[..., 0], rows[..., 1]))
-
-    def worst(self, rows: np.ndarray) -> np.ndarray:
-        """Error (..., 2) [m] of W that adds the most to each row (..., 2)."""
-        if self.shape == "box":
-            return np.sign(rows) * np.array(self.half_widths)
-        length = np.hypot(rows[..., 0], rows[..., 1])[..., None]
-        return self.half_widths[0] * np.divide(rows, length, out=np.zeros_like(rows), where=length > 0.0)
+        return np.asarray(np.abs(rows) @ np.array(self.half_widths))
 
 
 class EmptySetError(MoaError):
@@ -151,19 +133,6 @@ def required_margin(pendulum: Pendulum, gain: Gain, polygon: SupportPolygon, err
     """
     gain.require_stable(pendulum)
     return taken_at_last(-polygon.M @ gain.F, gain.closed_loop(pendulum), pendulum.B, polygon.M, error)
-
-
-def amplification(pendulum: Pendulum, gain: Gain) -> float:
-    """Largest deviation of the ZMP [m] that an error of the ZMP up to 1 m along each axis can build up.
-
-    1 + sum of |f atilde^j b|; 1 + k / (k - 1) for a DCM gain. Of different axes, the larger.
-
-    Raises:
-        UnstableGainError: the closed loop does not converge.
-    """
-    gain.require_stable(pendulum)
-    reach = taken_at_last(-gain.F, gain.closed_loop(pendulum), pendulum.B, np.eye(2), ZmpError.box(1.0))
-    return float(reach.max())
 
 
 def require_room(room: np.ndarray, reach: np.ndarray, error: ZmpError, what: str) -> None:

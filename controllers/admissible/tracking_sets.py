@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from controllers.admissible.dcm_plane import in_dcm_plane
 from controllers.admissible.gilbert_tan import MoaError
-from controllers.admissible.moa import MoaSet, sentence
+from controllers.admissible.moa import NO_STATE, MoaSet, sentence
 from controllers.admissible.recursion import backward
 from controllers.admissible.robust import ZmpError, require_room, required_margin
 from controllers.admissible.tracking_chain import along_normals
@@ -111,6 +111,8 @@ class TrackingSets:
 
         Of a set that withstands errors it is always the tightest constraint, not the first to fail.
         """
+        if not np.isfinite(x).all():
+            return NO_STATE
         violation, least = None, self.slack(k, x)
         if not least >= 0.0 and self.error is None:
             loop = self.gain.closed_loop(self.pendulum)

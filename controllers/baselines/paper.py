@@ -64,7 +64,7 @@ class PaperSupervisor:
 
         Attributes:
             gain: of regulator and tracker.
-            stepping: of which only `swing_height` counts.
+            stepping: of which only `swing_height` and `zmp_error` count.
             edge: distance that the ZMP keeps from the edges of the soles [m].
         """
 
@@ -77,7 +77,7 @@ class PaperSupervisor:
         self.robot = robot = setting.robot
         self._pendulum = Pendulum(robot.omega, setting.dt)
         self._gain = options.gain.of(self._pendulum)
-        self._height = options.stepping.swing_height
+        self._height, self._zmp_error = options.stepping.swing_height, options.stepping.zmp_error
         self._sole = SupportPolygon(robot.sole_vertices["left"]).shrunk(options.edge).vertices
         self.reset()
 
@@ -182,10 +182,10 @@ class PaperSupervisor:
     def _stand(self) -> None:
         """Regulate about the present stance; the reference waits at its first phase."""
         feet, middle = self._contacts.feet, self._contacts.middle
-        self.regulator = Regulator.at(self._pendulum, (self._gain,), dict(feet))
+        self.regulator = Regulator.at(self._pendulum, (self._gain,), dict(feet), zmp_error=self._zmp_error)
         if self.tracker is None:
             walk = walk_plan(self._pendulum, feet, STRIDE, 2, STEP_TIME, first=FIRST)
-            self.tracker = Tracker(walk, self._gain)
+            self.tracker = Tracker(walk, self._gain, self._zmp_error)
             self._middle = middle
         self.tracker.start()
         self._offset = middle - self._middle

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.admissible.moa import regulator_set
+from controllers.admissible.robust import ZmpError
 from controllers.admissible.tracking_sets import tracking_sets
 from controllers.gains import Gain
 from controllers.reference.walking_reference import Stride, WalkPlan
@@ -25,10 +26,20 @@ class Tracker:
         k: the present tick; beyond `phase` while a foot is late.
     """
 
-    def __init__(self, walk: WalkPlan, gain: Gain) -> None:
-        """Compute the tracking sets of a walk, and stand before its first tick."""
-        reference = walk.reference
-        terminal = regulator_set(reference.pendulum, gain, reference.final, centre=reference.xi[-1, 0::2])
+    def __init__(self, walk: WalkPlan, gain: Gain, zmp_error: float = 0.0) -> None:
+        """Compute the tracking sets of a walk, and stand before its first tick.
+
+        Args:
+            walk: reference and footholds.
+            gain: of (27), and of the regulator at its end.
+            zmp_error: largest error of the ZMP along each axis that the sets withstand [m].
+
+        Raises:
+            EmptySetError: no state withstands the error.
+        """
+        reference, error = walk.reference, ZmpError.box(zmp_error) if zmp_error else None
+        centre = reference.xi[-1, 0::2]
+        terminal = regulator_set(reference.pendulum, gain, reference.final, centre=centre, error=error)
         self.walk = walk
         self.sets = tracking_sets(reference.pendulum, gain, reference, terminal)
         self._F = gain.F

@@ -7,6 +7,10 @@ import numpy as np
 
 from models.errors import OkiagariError
 
+_Status = highspy.HighsModelStatus
+_ANSWERS = (_Status.kOptimal, _Status.kUnbounded, _Status.kUnboundedOrInfeasible, _Status.kInfeasible)
+# From nothing; by the primal simplex method; from a scaled problem; by an interior point and a crossover.
+_OTHER_WAYS = (("solver", "simplex"), ("simplex_strategy", 4), ("simplex_scale_strategy", 4), ("solver", "ipm"))
 # HiGHS' tightest; rows are normalised, so this is a distance in the space of x.
 _TOLERANCE = 1e-10
 
@@ -88,16 +92,30 @@ class LinearProgram:
         """
         scale = float(np.abs(direction).max()) or 1.0
         self._highs.changeColsCost(self._n, self._columns, np.asarray(direction, dtype=float) / scale)
-        self._highs.run()
-        status = self._highs.getModelStatus()
-        if status == highspy.HighsModelStatus.kOptimal:
+        status = self._run()
+        if status == _Status.kOptimal:
             return np.array(self._highs.getSolution().col_value)
-        if status in (highspy.HighsModelStatus.kUnbounded, highspy.HighsModelStatus.kUnboundedOrInfeasible):
+        if status in (_Status.kUnbounded, _Status.kUnboundedOrInfeasible):
             # Without presolve the simplex method says "unbounded" only from a feasible point.
             raise UnboundedProgramError("the set is unbounded in the direction asked for")
-        if status == highspy.HighsModelStatus.kInfeasible:
+        if status == _Status.kInfeasible:
             raise InfeasibleProgramError("the set is empty")
         raise LinearProgramError(f"HiGHS stopped without an answer: {self._highs.modelStatusToString(status)}")
+
+    def _run(self) -> highspy.HighsModelStatus:
+        """Solve; what the last basis leads to no answer from is tried from nothing, and then in other ways."""
+        self._highs.run()
+        status = self._highs.getModelStatus()
+        for option, value in _OTHER_WAYS:
+            if status in _ANSWERS:
+                break
+            before = self._highs.getOptionValue(option)[1]
+            self._highs.clearSolver()
+            self._highs.setOptionValue(option, value)
+            self._highs.run()
+            status = self._highs.getModelStatus()
+            self._highs.setOptionValue(option, before)
+        return status
 
 
 def chebyshev_centre(S: np.ndarray, a: np.ndarray) -> tuple[np.ndarray, float]:

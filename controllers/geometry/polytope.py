@@ -27,6 +27,10 @@ _REDUNDANT = 1e-9
 _CHUNK = 256
 
 
+MANY = 2_000
+"""Rows of a set whose shadow is not found to the last corner: each costs milliseconds, and there are thousands."""
+
+
 class PolytopeError(OkiagariError):
     """A half-space set is malformed, or has no answer to the question asked."""
 
@@ -136,11 +140,6 @@ class Polytope:
             return rows[_irredundant_by_programs(S, a)]
         return rows[np.sort(hull.vertices)]
 
-    def pruned(self) -> Polytope:
-        """The same set by its irredundant rows."""
-        rows = self.irredundant()
-        return Polytope(S=self.S[rows], a=self.a[rows])
-
     def slice(self, axes: Sequence[int], at: ArrayLike) -> Polytope:
         """The cut {y : x in the set, x[axes] = y, the other coordinates as in `at`}.
 
@@ -171,14 +170,22 @@ class Polytope:
     def project(self, axes: tuple[int, int]) -> np.ndarray:
         """Vertices (p, 2), counter-clockwise, of the shadow of the set on the plane of two coordinates.
 
-        By its support function: unlike the hull of the vertices, whose number is the product over the axes, this
-        stays cheap in 4-D.
+        Where no row ties these coordinates to the others, their rows alone describe it. Else by its support function:
+        unlike the hull of the vertices, whose number is the product over the axes, this stays cheap in 4-D. Of more
+        rows than `MANY` the outline is found within a ten-thousandth of its size, and inside of it.
 
         Raises:
             EmptyPolytopeError: the set is empty.
             UnboundedPolytopeError: the shadow is unbounded.
         """
-        return outline(projection(self.S, self.a, axes))
+        others = [i for i in range(self.n) if i not in axes]
+        own, rest = self.S[:, list(axes)].any(axis=1), self.S[:, others].any(axis=1)
+        if not (own & rest).any() and (self.a[~own] >= 0.0).all():
+            return Polytope(S=self.S[own][:, list(axes)], a=self.a[own]).vertices()
+        farthest, accuracy = projection(self.S, self.a, axes), 0.0
+        if len(self.a) > MANY:
+            accuracy = 1e-4 * min(float((farthest(way) - farthest(-way)) @ way) for way in np.eye(2))
+        return outline(farthest, accuracy)
 
     @property
     def area(self) -> float:

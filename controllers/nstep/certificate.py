@@ -11,9 +11,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
-from controllers.geometry.support_polygon import Foot, support_polygon
+from controllers.geometry.polytope import Polytope
+from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
 from controllers.nstep.box import Box, box_corners, box_of, within
+from controllers.nstep.foothold import choose_foothold
 from controllers.nstep.step_limits import StepLimits
 from controllers.nstep.step_sets import StepSets
 from models.errors import InputError
@@ -126,7 +129,7 @@ def certify_steps(sets: StepSets, *asked: *Asked, margin: float = 0.0) -> StepCe
 
     Args:
         sets: the sets; with errors of the ZMP the witness is that of no error.
-        asked: dcm, stance, time_left, swing, step_time, steps: the arguments of `StepSets.foothold`.
+        asked: dcm, stance, time_left, swing, step_time, steps: the arguments of `choose_foothold`.
         margin: slack [m] that the steps of a witness look for.
 
     Raises:
@@ -153,7 +156,7 @@ def _witness(sets: StepSets, question: Question, margin: float) -> Witness:
     found = []
     for left in range(question.steps, 0, -1):
         outward = sets.limits.stance_width if question.stance == "right" else -sets.limits.stance_width
-        step = sets.foothold(*question, toward=np.array([0.0, outward]), margin=margin, held=True)
+        step = choose_foothold(sets, *question, toward=np.array([0.0, outward]), margin=margin, held=True)
         found.append((place + step.position, place + step.zmp, place + step.landing_dcm, step.slack))
         place = place + step.position
         question = Question(
@@ -202,15 +205,47 @@ def _bound(sets: StepSets, question: Question, normal: np.ndarray) -> float:
     for _ in range(question.steps - 1):
         stance = other(stance)
         boxes.append(sets.table(stance, question.step_time).box)
-    feet = [float((np.array(box_corners(box)) @ normal).max()) for box in boxes]
-    loss = float(sets.error.support(normal))
-    sole = float((sets.tables.usable.vertices @ normal).max())
+    spans = [ticks] + [times] * (question.steps - 1)
     ends = 0.5 - 0.5 / sets.gain_k, 0.5 + 0.5 / sets.gain_k
-    most = max(share * feet[-1] for share in ends) + sole / sets.gain_k
-    for i in range(question.steps - 1, -1, -1):
-        decay = math.exp(-sets.pendulum.omega * sets.pendulum.dt * (times if i else ticks))
-        most = decay * most + (1.0 - decay) * (sole - loss)
-        if i:
-            # Seen from the stance foot before.
-            most += feet[i - 1]
+    shapes = [np.array(box_corners(box)) for box in boxes]
+    shapes[-1] = np.vstack([share * shapes[-1] for share in ends])
+    if sets.error.w_bar:
+        return _robust_bound(sets, shapes, spans, normal)
+    sole = float((sets.tables.usable.vertices @ normal).max())
+    most = sole / sets.gain_k
+    for shape, span in zip(reversed(shapes), reversed(spans), strict=True):
+        decay = math.exp(-sets.pendulum.omega * sets.pendulum.dt * span)
+        # Seen from the stance foot before.
+        most = decay * (float((shape @ normal).max()) + most) + (1.0 - decay) * sole
     return most
+
+
+def _robust_bound(sets: StepSets, shapes: list[np.ndarray], spans: list[int], normal: np.ndarray) -> float:
+    """The same whatever the errors of the ZMP: the sets themselves, tick by tick, by their vertices.
+
+    An error takes an erosion from a set, and the support function of that is no difference of support functions.
+    """
+    growth, usable = math.exp(sets.pendulum.omega * sets.pendulum.dt), sets.tables.usable.vertices
+    corner = (growth - 1.0) * np.array(sets.error.half_widths)
+    target = usable / sets.gain_k
+    for shape, span in zip(reversed(shapes), reversed(spans), strict=True):
+        for _ in range(span):
+            target = _sum(_eroded(target, corner), (growth - 1.0) * usable) / growth
+        target = _sum(target, growth**-span * shape)
+    return float((target @ normal).max())
+
+
+def _eroded(points: np.ndarray, corner: np.ndarray) -> np.ndarray:
+    """Vertices of what all translates of a convex polygon by the corners of a box share.
+
+    Raises:
+        EmptyPolytopeError: if they share nothing.
+    """
+    polygon = SupportPolygon(points[ConvexHull(points).vertices])
+    return Polytope(S=polygon.M, a=polygon.v - np.abs(polygon.M) @ corner).vertices()
+
+
+def _sum(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+    """Vertices of the Minkowski sum of two convex polygons."""
+    points = (one[:, None] + two[None]).reshape(-1, 2)
+    return np.asarray(points[ConvexHull(points).vertices])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from operator import mul
-from typing import TYPE_CHECKING
 
 import daqp
 import numpy as np
@@ -13,11 +12,9 @@ import numpy as np
 from controllers.geometry.linear_program import LinearProgram
 from controllers.geometry.planar import Points, clipped, nearest, tangents
 from controllers.nstep.box import Box, box_corners, box_tangents
+from controllers.nstep.step_sets import StepSets
 from models.errors import InputError
 from models.robot import Side
-
-if TYPE_CHECKING:
-    from controllers.nstep.step_sets import StepSets
 
 # Against a metre of slack: so small that it only decides among choices with the same slack.
 _NEARNESS = 1e-6
@@ -53,7 +50,7 @@ class Foothold:
     slack: float
 
 
-def choose(
+def choose_foothold(
     sets: StepSets,
     dcm: np.ndarray,
     stance: Side,
@@ -72,7 +69,7 @@ def choose(
     of the sole nearest to the DCM, and the foothold the one nearest to `toward`.
 
     Args:
-        sets: the sets; this function is their method `foothold`.
+        sets: the sets.
         dcm, stance, time_left, swing, step_time: as for `StepSets.slacks`.
         steps: 1 to max_steps, the one under way included.
         toward: (2,) foothold that is best where the state leaves the choice [m].

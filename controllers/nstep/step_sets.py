@@ -20,8 +20,7 @@ from controllers.geometry.polytope import Polytope
 from controllers.geometry.support_polygon import SupportError, SupportPolygon
 from controllers.nstep.box import Box, box_supports, box_tangents, union_offsets, within
 from controllers.nstep.build import SetTables, StanceTable, StepModel, build
-from controllers.nstep.foothold import choose
-from controllers.nstep.last_step import last_slack, last_slacks
+from controllers.nstep.last_step import last_slack
 from controllers.nstep.step_limits import StepLimits
 from controllers.pendulum import Pendulum
 from models.arena import SIDES
@@ -141,27 +140,6 @@ class StepSets:
         slacks[0] = last_slack(self.tables, x, y, k, last)
         return slacks
 
-    def slack_all_phases(self, dcm: np.ndarray, stance: Side, swing: np.ndarray | None, step_time: float) -> np.ndarray:
-        """`slacks` at 0, 1, ... ticks before landing up to a whole step, (ticks + 1, max_steps)."""
-        table = self.table(stance, step_time)
-        count = round(step_time / self.pendulum.dt) + 1
-        decay = self.tables.decay[:count]
-        point = np.asarray(dcm, dtype=float)
-        radius = self._reach[:count]
-        last, more = self.tables.boxes[stance], table.box
-        boxes = _phases(last, swing, radius)
-        slacks = np.empty((self.max_steps, count))
-        slacks[0] = last_slacks(self.tables, point, boxes)
-        if more != last:
-            boxes = _phases(more, swing, radius)
-        row = table.row[:, :4].dot(boxes)
-        row *= decay
-        row += table.row[:, 4:].dot(point)[:, None]
-        np.minimum.reduce(table.ahead[:, :, :count] + row[:, None, :], axis=0, out=slacks[1:])
-        return slacks.T
-
-    foothold = choose
-
     def polygon(
         self, steps: int, stance: Side, time_left: float, swing: np.ndarray | None = None, *, step_time: float
     ) -> Polytope:
@@ -188,15 +166,6 @@ class StepSets:
         """Raise InputError unless there are sets of so many steps."""
         if not 1 <= steps <= self.max_steps:
             raise InputError(f"steps: must be 1 to {self.max_steps}, got {steps!r}")
-
-
-def _phases(box: Box, swing: np.ndarray | None, radius: np.ndarray) -> np.ndarray:
-    """`within` for each radius (count,): x and y of the upper corner, then of the lower one, (4, count)."""
-    corners = np.array((*box[1], *box[0]))[:, None]
-    if swing is None:
-        return np.repeat(corners, len(radius), axis=1)
-    foot = np.array((swing[0], swing[1], swing[0], swing[1]), dtype=float)[:, None]
-    return np.minimum(np.maximum(corners, foot - radius), foot + radius)
 
 
 def step_sets(

@@ -36,7 +36,6 @@ class Reference:
         supports: the different support polygons that occur.
         support_of: (m,) index into `supports` for each tick.
         final: support polygon after the end.
-        admissible: whether the ZMP requirement is claimed (and checked).
 
     Raises:
         ReferenceViolation: shapes do not fit, or a requirement is broken.
@@ -48,7 +47,6 @@ class Reference:
     supports: tuple[SupportPolygon, ...]
     support_of: np.ndarray
     final: SupportPolygon
-    admissible: bool = True
     _margins: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -64,7 +62,7 @@ class Reference:
         for index, polygon in enumerate(self.supports):
             ticks = support_of == index
             margins[ticks] = polygon.slacks(mu[ticks])
-        if self.admissible and len(mu) and margins.min() < -_ZMP:
+        if len(mu) and margins.min() < -_ZMP:
             k = int(margins.argmin())
             raise ReferenceViolation(f"the ZMP is {-margins[k]:.3g} m outside its support polygon at tick {k}")
         if np.abs(xi[-1, 1::2]).max() > _REST:
@@ -74,34 +72,6 @@ class Reference:
         for name, value in (("xi", xi), ("mu", mu), ("support_of", support_of), ("_margins", margins)):
             value.setflags(write=False)
             object.__setattr__(self, name, value)
-
-    @classmethod
-    def least_violated(
-        cls,
-        *,
-        pendulum: Pendulum,
-        xi: np.ndarray,
-        mu: np.ndarray,
-        supports: tuple[SupportPolygon, ...],
-        support_of: np.ndarray,
-        final: SupportPolygon,
-    ) -> Reference:
-        """Reference that may leave the supports; `admissible` tells whether it does not.
-
-        Raises:
-            ReferenceViolation: shapes do not fit, (26) is broken, or the end is not at rest.
-        """
-        reference = cls(
-            pendulum=pendulum,
-            xi=xi,
-            mu=mu,
-            supports=supports,
-            support_of=support_of,
-            final=final,
-            admissible=False,
-        )
-        object.__setattr__(reference, "admissible", bool((reference._margins >= 0.0).all()))
-        return reference
 
     def _check_shapes(self, xi: np.ndarray, mu: np.ndarray, support_of: np.ndarray) -> None:
         m = len(mu)

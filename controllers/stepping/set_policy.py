@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.interface import Candidate
+from controllers.nstep.foothold import choose_foothold
 from controllers.nstep.step_limits import StepLimits
 from controllers.nstep.step_sets import StepSets, step_sets
 from controllers.options import Stepping
@@ -63,6 +64,7 @@ class SetPolicy:
                 options.step_times,
                 options.max_steps,
                 options.zmp_margin,
+                options.zmp_error,
             )
             for reach in (replace(limits, swing_acceleration=math.inf), limits)
         )
@@ -100,7 +102,9 @@ class SetPolicy:
         steps = _kept(slacks, steps)
         calm = sets.tables.usable.nearest(point)
         toward = natural_foothold(point, calm, 1.0 / float(sets.tables.decay[ticks_left]), lift.side)
-        chosen = sets.foothold(point, side, left, foot, lift.step_time, steps, toward=toward, margin=LANDING_SLACK)
+        chosen = choose_foothold(
+            sets, point, side, left, foot, lift.step_time, steps, toward=toward, margin=LANDING_SLACK
+        )
         return Aim(
             foothold=heading.world(chosen.position, stance),
             zmp=heading.world(chosen.zmp, stance),
@@ -139,5 +143,8 @@ def _sets(
     step_times: tuple[float, ...],
     max_steps: int,
     edge: float,
+    zmp_error: float,
 ) -> StepSets:
-    return step_sets(Pendulum(omega, dt), gain_k, np.array(sole), limits, step_times, max_steps, edge=edge)
+    return step_sets(
+        Pendulum(omega, dt), gain_k, np.array(sole), limits, step_times, max_steps, edge=edge, zmp_error=zmp_error
+    )

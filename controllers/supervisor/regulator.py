@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from controllers.admissible.gain_bank import GainBank, gain_bank
 from controllers.admissible.moa import MoaSet, regulator_set
+from controllers.admissible.robust import ZmpError
 from controllers.gains import Gain
 from controllers.geometry.polytope import Polytope
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
@@ -41,7 +42,12 @@ class Regulator:
 
     @classmethod
     def at(
-        cls, pendulum: Pendulum, gains: Sequence[Gain], feet: dict[Side, Foot], centre: Array | None = None
+        cls,
+        pendulum: Pendulum,
+        gains: Sequence[Gain],
+        feet: dict[Side, Foot],
+        centre: Array | None = None,
+        zmp_error: float = 0.0,
     ) -> Regulator:
         """Regulator of a stance; its MOA sets are computed here.
 
@@ -50,15 +56,20 @@ class Regulator:
             gains: the one asked for, then those to fall back on.
             feet: where the feet stand.
             centre: (2,) where to hold the COG [m]; None for the middle of the feet.
+            zmp_error: largest error of the ZMP along each axis [m] that the sets withstand; who cannot has none.
+
+        Raises:
+            EmptySetError: no gain withstands the error.
         """
         polygon = support_polygon([feet["left"], feet["right"]])
         if centre is None:
             centre = 0.5 * (feet["left"].position + feet["right"].position)
+        error = ZmpError.box(zmp_error) if zmp_error else None
         return cls(
             gain=gains[0],
             feet=feet,
             polygon=polygon,
-            bank=gain_bank(pendulum, gains, polygon, centre),
+            bank=gain_bank(pendulum, gains, polygon, centre, error=error),
             _x_C=pendulum.rest(centre),
         )
 
@@ -66,11 +77,6 @@ class Regulator:
     def centre(self) -> Array:
         """(2,) point that the COG is held over [m]."""
         return self._x_C[0::2]
-
-    @property
-    def admissible(self) -> MoaSet:
-        """MOA set of the gain asked for."""
-        return self.bank[self.gain.name]
 
     @property
     def softest(self) -> MoaSet:
@@ -107,7 +113,9 @@ class Regulator:
     def region(self, robot: Robot) -> Polytope:
         """States in the world that the softest gain holds, as far as the robot's legs allow, (21)-(24)."""
         of = self.softest
-        return regulator_set(of.pendulum, of.gain, of.polygon, of.centre, bounds=leg_bounds(robot)).in_world()
+        return regulator_set(
+            of.pendulum, of.gain, of.polygon, of.centre, bounds=leg_bounds(robot), error=of.error
+        ).in_world()
 
     def explain(self, x: Array) -> str:
         """Which constraint is tightest, where and when, in the largest set."""

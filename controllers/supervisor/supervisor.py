@@ -92,7 +92,7 @@ class Supervisor:
 
     def _learn_to_step(self, *, on_body: bool) -> None:
         """Make the policy of the steps, the softer gains before a step, and the prediction."""
-        self._gains = with_softer(self.pendulum, self._gains[0])
+        self._gains = with_softer(self.robot, self.pendulum, self._gains[0], self.options)
         asked = self.robot, self.pendulum, self.options
         self.rule, self.recoverability = step_policy(*asked), recoverability(*asked, on_body=on_body)
 
@@ -113,7 +113,7 @@ class Supervisor:
 
     @property
     def phase(self) -> Phase:
-        """Who is in charge."""
+        """Standing or stepping."""
         return Phase.STANDING if self._swing_step is None else Phase.STEPPING
 
     @property
@@ -123,8 +123,7 @@ class Supervisor:
 
     @property
     def slacks(self) -> tuple[float, float]:
-        """Signed slack of the last tick's state, after its decision: in the regulator's sets of the latest double
-        support [m of ZMP], and in the set of the steps to do [m of DCM] (NaN while the regulator is in charge)."""
+        """Slack of the last tick's state in the regulator's sets [m of ZMP], in the steps' [m of DCM] or NaN."""
         return self._slacks
 
     def command(self, observation: Observation) -> BalanceCommand:
@@ -172,11 +171,12 @@ class Supervisor:
         """
         if self.regulator is None:
             return ()
-        standing = Region(name="regulator", centre=self.regulator.centre, states=self.regulator.region(self.robot))
+        centre = self.regulator.centre
+        standing = Region(name="regulator", centre=centre, states=self.regulator.region(self.robot))
         if not isinstance(self.rule, SetPolicy):
             return (standing,)
-        states = lift_polytope(self.rule.lift_sets, self.best_step(x), self.regulator.feet, self.heading)
-        return (standing, Region(name="tracking", centre=self.regulator.centre, states=states))
+        steps = lift_polytope(self.rule.lift_sets, self.best_step(x), self.regulator.feet, self.heading)
+        return standing, Region(name="tracking", centre=centre, states=steps)
 
     def best_step(self, x: Array) -> Lift:
         """The step that would be taken from the latest stance in a state (4,); changes nothing."""
@@ -203,7 +203,8 @@ class Supervisor:
 
     def _settle(self) -> None:
         """The double support is another one, and so are its sets."""
-        self.regulator = Regulator.at(self.pendulum, self._gains, dict(self._contacts.feet))
+        feet, error = dict(self._contacts.feet), self.options.zmp_error
+        self.regulator = Regulator.at(self.pendulum, self._gains, feet, zmp_error=error)
 
     def _stand(self, seen: _Seen, slack: float) -> None:
         """Stay with the regulator, in whose sets the state has this slack, or begin a step."""
@@ -227,8 +228,7 @@ class Supervisor:
         """Bring the feet together once it is quiet; True when the closing step begins."""
         if stepper.landed is None:
             return False
-        plan = self._stance_recovery.plan
-        if plan is not None and self._stance_recovery.ready(seen.dcm, self.heading):
+        if (plan := self._stance_recovery.plan) is not None and self._stance_recovery.ready(seen.dcm, self.heading):
             stepper.close(seen.observation, plan, self._contacts)
             self._begun()
             self._note(seen, f"the {plan.side} foot closes up")
@@ -281,8 +281,8 @@ class Supervisor:
         """Command of the step under way; the foot on the floor alone can be turned back to the heading."""
         zmp = self._contacts.support.nearest(swing_step.aim.zmp)
         stance = FootReference.standing(seen.observation.feet[swing_step.stance], self.heading.yaw)
-        swing = swing_step.advance(self.pendulum.dt)
-        return BalanceCommand(zmp=zmp, feet={swing_step.stance: stance, swing_step.lift.side: swing})
+        feet = {swing_step.stance: stance, swing_step.lift.side: swing_step.advance(self.pendulum.dt)}
+        return BalanceCommand(zmp=zmp, feet=feet)
 
     def _note(self, seen: _Seen, why: str, *, candidates: tuple[Candidate, ...] = ()) -> None:
         swing_step = self._swing_step

@@ -3,7 +3,7 @@
 import numpy as np
 
 from controllers import BalanceCommand, FootReference, Observation, Setting, Strict
-from controllers.geometry.support_polygon import Foot, support_polygon
+from controllers.geometry import Foot, support_polygon
 
 
 class CapturePoint:

@@ -15,7 +15,8 @@ from models.errors import InputError
 from sim.analysis.frame import as_frame, distinct, load_rows, records, recovered
 from sim.analysis.summary import is_finished
 from sim.analysis.thresholds import thresholds
-from sim.results.table import LATER, PARAMETERS, SCHEMA, read_sweep, write_bytes
+from sim.results.columns import LATER, PARAMETERS, SCHEMA
+from sim.results.table import read_sweep, write_bytes
 from sim.results.train import SURVIVED
 
 _KIND = "okiagari baseline"
@@ -42,7 +43,7 @@ class Baseline:
         suite: its name.
         seed: the suite's.
         robots: who was pushed.
-        versions: of Python and the libraries, and of the controllers that are files of the user's.
+        versions: of Python and the libraries, and of the robots and those controllers that are files.
         commit: of Okiagari.
         rows: episodes with name, seed, parameters, outcome, and how many pushes of a train were survived; what else a
             table has may be missing.
@@ -68,6 +69,7 @@ def of_sweep(folder: Path) -> Baseline:
     if not is_finished(rows, sweep):
         raise BaselineError(f"{str(folder)!r}: the sweep is not finished; repeat the command that began it to go on")
     sources = {name: one.get("source") for name, one in (sweep.get("controllers") or {}).items()}
+    sources |= {f"robot {name}": source for name, source in (sweep.get("robots") or {}).items()}
     return Baseline(
         suite=str(sweep["name"]),
         seed=sweep.get("seed"),

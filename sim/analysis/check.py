@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pandas as pd
 
@@ -132,6 +133,51 @@ def compare(baseline: Baseline, now: Baseline) -> Comparison:
         unpaired=int((~paired).sum()),
         versions=_differing(baseline.versions, now.versions),
     )
+
+
+def as_dict(result: Comparison) -> dict[str, Any]:
+    """A comparison of JSON types."""
+    shifts = [
+        {
+            "controller": shift.after.controller,
+            "direction_deg": shift.after.direction_deg,
+            "case": dict(shift.after.case),
+            "before": shift.before.delta_v,
+            "after": shift.after.delta_v,
+            "levels": shift.levels,
+        }
+        for shift in result.shifts
+    ]
+    return {
+        "worse": result.worse,
+        "pairs": result.pairs,
+        "before": result.before,
+        "after": result.after,
+        "lost": [row["episode"] for row in result.lost],
+        "gained": [row["episode"] for row in result.gained],
+        "p": result.p,
+        "thresholds": shifts,
+        "unpaired": result.unpaired,
+        "versions": {name: list(pair) for name, pair in result.versions.items()},
+    }
+
+
+def junit(result: Comparison, then: Baseline) -> bytes:
+    """A comparison as JUnit's XML: one case for recovery as a whole, one for each threshold that moved."""
+    cases = [("recovery", result.counts, result.worse_overall)]
+    for shift in result.shifts:
+        one = shift.after
+        words = f"{shift.before.delta_v:g} m/s then, {one.delta_v:g} m/s now"
+        cases.append((f"threshold of {one.controller} to {one.direction_deg:g}", words, shift.levels < -1))
+    suite = ElementTree.Element("testsuite", name=f"okiagari check {then.suite}", tests=str(len(cases)))
+    suite.set("failures", str(sum(failed for _, _, failed in cases)))
+    for name, words, failed in cases:
+        case = ElementTree.SubElement(suite, "testcase", classname=f"okiagari.{then.suite}", name=name)
+        told = ElementTree.SubElement(case, "failure" if failed else "system-out")
+        told.text = words
+        if failed:
+            told.set("message", words)
+    return ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True)
 
 
 def describe(row: Mapping[str, Any]) -> str:

@@ -29,7 +29,8 @@ def push_limits(frame: pd.DataFrame) -> list[dict[str, Any]]:
     scale = frame["delta_v_over_omega_d"] * frame["d_edge"]
     known = frame.assign(omega=frame["delta_v"] / scale.where(scale != 0.0))
     known = known[known["omega"] > 0.0]
-    robots = {name: _robot(name) for name in known["robot"].unique()}
+    named = known.drop_duplicates("robot").set_index("robot")["scenario"]
+    robots = {name: _robot(json.loads(scenario).get("robot", name)) for name, scenario in named.items()}
     found = []
     for (name, direction), members in groups(known, ["robot", "direction_deg"]):
         row = members.iloc[0]

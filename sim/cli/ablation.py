@@ -10,7 +10,7 @@ import typer
 
 from models.errors import InputError
 from scenarios.suite_catalogue import load_suite
-from sim.cli.numbers import at_least
+from sim.cli.numbers import positive
 from sim.cli.report import tell_unfinished
 from sim.cli.sweep import run_suite
 
@@ -43,7 +43,7 @@ def ablation(
         Path | None, typer.Option(metavar="DIR", help="Folder to run it in.", show_default="out/sweep-SUITE")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(parser=at_least(1), metavar="N", help="Processes.", show_default="one a core")
+        int | None, typer.Option(parser=positive, metavar="N", help="Processes.", show_default="one a core")
     ] = None,
     picture: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Bars, .png or .svg.", show_default="DIR/ablation.png")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Annotated
 
@@ -11,17 +9,11 @@ import typer
 
 from models.errors import InputError
 from sim.cli.report import tell_unfinished
+from sim.cli.terminal import progress_bar
 
-Progress = Callable[[str, float], AbstractContextManager[Callable[[float], None] | None]]
 
-
-def register(app: typer.Typer, progress: Progress) -> None:
-    """Add the command to the program.
-
-    Args:
-        app: the command line.
-        progress: opens a bar, given what is done and how much of it there is.
-    """
+def register(app: typer.Typer) -> None:
+    """Add the command to the program."""
 
     @app.command(epilog="Example: okiagari hardest out/sweep-trunk_push --out docs/hardest")
     def hardest(
@@ -51,6 +43,6 @@ def register(app: typer.Typer, progress: Progress) -> None:
         if note:
             raise InputError(note)
         target = out if out is not None else folder / "hardest"
-        with progress("filming", len(pushes)) as bar:
+        with progress_bar("filming", len(pushes)) as bar:
             for push, words in film_hardest(folder, target, pushes, bar):
                 print(f"{target / push.name}.mp4  {push.words}; {words}", flush=True)

@@ -1,35 +1,34 @@
-"""Numbers of the command line, refused in words that name what is allowed."""
+"""Numbers of the command line, checked like those of a file and refused in the same words."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Annotated, Any
 
 import typer
+from pydantic import BaseModel, Field, TypeAdapter, ValidationError
+
+from controllers.fields import NotNegative
+from scenarios.error_messages import first_error
 
 
-def whole(text: str) -> int:
-    """A whole number."""
-    try:
-        return int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a whole number") from None
+def _reader(kind: Any) -> Callable[[object], Any]:
+    adapter = TypeAdapter(Annotated[kind, Field(allow_inf_nan=False)] if kind is float else kind)
+
+    def read(text: object) -> Any:  # typer hands in defaults, too, as they are
+        try:
+            return adapter.validate_strings(str(text))
+        except ValidationError as error:
+            raise typer.BadParameter(first_error(error, BaseModel).removeprefix(": ")) from None
+
+    return read
 
 
-def number(text: str) -> float:
-    """A number."""
-    try:
-        return float(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a number") from None
-
-
-def at_least(least: int) -> Callable[[str], int]:
-    """A parser of whole numbers that are not below `least`."""
-
-    def parse(text: str) -> int:
-        value = whole(text)
-        if value < least:
-            raise typer.BadParameter(f"{value} is not allowed; it must be >= {least}")
-        return value
-
-    return parse
+number = _reader(float)
+"""Reads a number."""
+not_negative = _reader(Annotated[NotNegative, Field(allow_inf_nan=False)])
+"""Reads a number that is not below 0."""
+whole = _reader(Annotated[int, Field(ge=0)])
+"""Reads a whole number that is not below 0."""
+positive = _reader(Annotated[int, Field(ge=1)])
+"""Reads a whole number that is at least 1."""

@@ -1,20 +1,17 @@
-"""The command line of what is concluded from a sweep: summary, report, envelope, baseline, check."""
+"""The command line of what is concluded from a sweep: summary, report, envelope, baseline."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 
-from sim.cli.numbers import at_least
-
-if TYPE_CHECKING:
-    from sim.analysis.baseline import Baseline
-    from sim.analysis.check import Comparison
+from models.errors import InputError
+from sim.cli.numbers import whole
 
 # What takes long to import (statistics, pictures) is imported by the command that needs it.
 
@@ -34,7 +31,6 @@ def register(app: typer.Typer) -> None:
     )(report)
     app.command(epilog="Example: okiagari envelope out/sweep-trunk_push --out docs/envelope.png")(envelope)
     app.command(epilog="Example: okiagari baseline out/sweep-smoke --out baselines/smoke.json")(baseline)
-    app.command(epilog="Example: okiagari check out/sweep-smoke --baseline baselines/smoke.json")(check)
 
 
 def tell_unfinished(episodes: int, sweep: Mapping[str, Any]) -> None:
@@ -43,7 +39,7 @@ def tell_unfinished(episodes: int, sweep: Mapping[str, Any]) -> None:
         print(f"okiagari: not finished: {episodes} of {sweep.get('planned')} episodes", file=sys.stderr)
 
 
-def summary(folder: _Folder) -> None:
+def summary(folder: _Folder, as_json: Annotated[bool, typer.Option("--json", help="For machines.")] = False) -> None:
     """Print thresholds, rates and the score of the prediction, and write them to DIR/summary.json."""
     from sim.analysis.summary import SUMMARY, write_summary
     from sim.presenter.render import print_sections
@@ -51,6 +47,9 @@ def summary(folder: _Folder) -> None:
     from sim.results.table import read_sweep
 
     made = write_summary(folder)
+    if as_json:
+        print((folder / SUMMARY).read_text(encoding="utf-8"), end="")
+        return
     print_sections(sections(made))
     tell_unfinished(made["episodes"], read_sweep(folder))
     print(folder / SUMMARY)
@@ -63,7 +62,7 @@ def report(
         Path | None, typer.Option(metavar="FILE", help="Page to write.", show_default="DIR/report.html")
     ] = None,
     failures: Annotated[
-        int, typer.Option(parser=at_least(0), metavar="N", help="Failures to run again and show frames of.")
+        int, typer.Option(parser=whole, metavar="N", help="Failures to run again and show frames of.")
     ] = 4,
 ) -> None:
     """Write one page, complete in itself, that says what was run and what came of it."""
@@ -106,60 +105,17 @@ def baseline(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="File to write.", show_default="baselines/SUITE.json")
     ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file if there is one.")] = False,
 ) -> None:
     """Write the outcomes of a sweep to a small text file, to be reviewed and committed."""
     from sim.analysis.baseline import of_sweep, write_baseline
+    from sim.record.places import real_path
     from sim.results.out_file import check_file
 
     made = of_sweep(folder)
     path = out if out is not None else Path("baselines") / f"{made.suite}.json"
     check_file(path, "--out")
-    write_baseline(made, path)
+    if path.exists() and not overwrite:
+        raise InputError(f"--out: {str(path)!r} is there already; name another file or pass --overwrite")
+    write_baseline(made, real_path(path, "--out"))
     print(path)
-
-
-def check(
-    folder: _Folder,
-    baseline: Annotated[Path, typer.Option(metavar="FILE", help="What to hold the sweep to.")],
-) -> None:
-    """Compare a sweep with a baseline, push by push; exit code 1 if recovery got worse beyond chance."""
-    from sim.analysis.baseline import of_sweep, read_baseline
-    from sim.analysis.check import compare
-
-    then, now = read_baseline(baseline), of_sweep(folder)
-    result = compare(then, now)
-    _print(result, then, folder)
-    if result.worse:
-        raise typer.Exit(1)
-
-
-def _print(result: Comparison, then: Baseline, folder: Path) -> None:
-    from sim.analysis.check import describe, replay_command
-
-    console = Console(highlight=False, soft_wrap=True, markup=False)
-    colour, verdict = ("red", "worse") if result.worse else ("green", "not worse")
-    console.print(verdict, style=f"bold {colour}", end="")
-    console.print(
-        f" than the baseline of {then.commit[:12]}: {result.counts}; "
-        f"{len(result.lost)} lost, {len(result.gained)} gained, exact McNemar p = {result.p:.3g}"
-    )
-    for name, (before, after) in result.versions.items():
-        console.print(f"  {name} {before} then, {after} now")
-    if result.unpaired:
-        console.print(f"  {result.unpaired} episodes that the baseline does not have were left out")
-    for shift in result.shifts:
-        one = shift.after
-        where = "".join(f", {name} {value}" for name, value in one.case.items())
-        console.print(
-            f"  threshold of {one.controller} to {one.direction_deg:g}°{where}: "
-            f"{shift.before.delta_v:g} m/s then, {one.delta_v:g} m/s now",
-            end="",
-        )
-        console.print(" more than one step" if shift.levels < -1 else "", style="red")
-    if result.lost:
-        console.print("fewer pushes survived:" if result.trains else "no longer recovered:")
-    for row in result.lost:
-        if row["episode"] in result.unreached:
-            console.print(f"  {describe(row)}: not run again, its series had failed before it")
-        else:
-            console.print(f"  {describe(row)}\n    {replay_command(folder, row)}")

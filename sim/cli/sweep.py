@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import os
+import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from controllers.registry import CONTROLLERS, short
 from models.errors import InputError
 from scenarios.schema import World
 from scenarios.suite import MANY
-from scenarios.suite_catalogue import LoadedSuite, in_world, load_suite
-from sim.cli.numbers import at_least
+from scenarios.suite_catalogue import LoadedSuite, in_world, load_suite, shipped, with_controllers
+from scenarios.variants import CHANGEABLE, DECIDED
+from sim.cli.names import named
+from sim.cli.numbers import positive
+from sim.cli.scenario_option import assigned
 
 # What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
 
@@ -28,6 +34,10 @@ def register(app: typer.Typer) -> None:
 
     okiagari sweep trunk_push --world pendulum
 
+    okiagari sweep trunk_push --controller my_controller.py:Mine --controller supervisor
+
+    okiagari sweep smoke --set stepping.max_steps=2 --out out/two-steps
+
     okiagari sweep trunk_push --cluster tcp://127.0.0.1:8786
     """
     )(sweep)
@@ -37,16 +47,13 @@ def register(app: typer.Typer) -> None:
 def sweep(
     suite: Annotated[
         str,
-        typer.Argument(
-            help="smoke, trunk_push, cog_push, second_push, endurance, disturbed, truth, ablation, "
-            "or a .toml file of your own."
-        ),
+        typer.Argument(help=f"{', '.join(shipped())}, or a .toml file of your own."),
     ],
     out: Annotated[
         Path | None, typer.Option(help="Folder to write, or to go on with.", show_default="out/sweep-SUITE")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(parser=at_least(1), metavar="N", help="Processes.", show_default="one a core")
+        int | None, typer.Option(parser=positive, metavar="N", help="Processes.", show_default="one a core")
     ] = None,
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, instead of processes of this machine.")
@@ -54,13 +61,41 @@ def sweep(
     world: Annotated[
         World | None, typer.Option(help="Run all of it in this world only.", show_default="as the suite says")
     ] = None,
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Who answers, instead of the suite's; may be repeated."),
+    ] = None,
+    assignments: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Replace a field of the base scenario.")
+    ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Run more than a million episodes, too.")] = False,
 ) -> None:
     """Run all episodes of a suite; the same command goes on where it was stopped."""
-    loaded = load_suite(suite) if world is None else in_world(load_suite(suite), world)
-    folder = out if out is not None else Path("out") / f"sweep-{loaded.name}{f'-{world}' if world else ''}"
+    loaded = load_suite(suite)
+    called = [f"sweep-{loaded.name}"]
+    if assignments:
+        loaded = _with_base(loaded, assignments)
+        called += [text.replace("=", "-").replace("/", "-") for text in assignments]
+    if world is not None:
+        loaded, called = in_world(loaded, world), [*called, world]
+    if controller:
+        names = tuple(dict.fromkeys(str(named(CONTROLLERS, "--controller", name)) for name in controller))
+        loaded, called = with_controllers(loaded, names), [*called, *(short(name).replace(":", "-") for name in names)]
+    folder = out if out is not None else Path("out") / "-".join(called)
     run_suite(loaded, folder, workers=workers, cluster=cluster, many=yes)
     _report(folder)
+
+
+def _with_base(loaded: LoadedSuite, assignments: list[str]) -> LoadedSuite:
+    """A suite whose base scenario has other values.
+
+    Raises:
+        InputError: if one is not allowed, or the suite decides it itself.
+    """
+    for text in assignments:
+        if text.partition("=")[0].strip().partition(".")[0] in DECIDED:
+            raise InputError(f"--set: {text!r}: the suite decides it; allowed: {', '.join(CHANGEABLE)}")
+    return replace(loaded, base=assigned(loaded.base, assignments))
 
 
 def run_suite(
@@ -85,14 +120,14 @@ def run_suite(
         raise InputError(f"{loaded.path}: makes {count} episodes; more than {MANY} are run only with --yes")
 
     from sim.sweep import executors
-    from sim.sweep.progress import Progress
+    from sim.sweep.progress import SweepDisplay
     from sim.sweep.sweep import run_sweep
 
     if cluster is not None:
         chosen = executors.cluster(cluster)
     else:
         chosen = executors.local(workers or len(os.sched_getaffinity(0)))
-    with chosen as who, Progress(loaded.name) as progress:
+    with chosen as who, SweepDisplay(loaded.name) as progress:
         run_sweep(loaded, folder, who, progress=progress)
 
 
@@ -106,6 +141,7 @@ def replay(
 ) -> None:
     """Run one episode of a sweep again and confirm that every bit comes back; exit code 1 if not."""
     from sim.episode import run_folder
+    from sim.record.places import check_writable
     from sim.sweep import replay as again
 
     row = again.find_row(folder, episode)
@@ -113,6 +149,7 @@ def replay(
     target = out if out is not None else folder / "replays" / name
     if video or out is not None:
         run_folder.check_target(target, overwrite=out is None)
+        check_writable(target / run_folder.OUTCOME, "--out")
     if video:
         from sim.viz.video import missing_renderer
 
@@ -125,7 +162,7 @@ def replay(
     if video or out is not None:
         from sim.viz.figures import draw_episode
 
-        with run_folder.staged(target, overwrite=out is None) as stage:
+        with run_folder.claimed(target, overwrite=out is None) as stage:
             run_folder.write_records(stage, result.result)
             draw_episode(result.result, stage / run_folder.FIGURE)
             if video:
@@ -147,3 +184,10 @@ def _report(folder: Path) -> None:
     summary = write_summary(folder)
     print_sections(sections(summary))
     print(f"{summary['episodes']} episodes in {folder / RESULTS}")
+    crashed = sum(entry["crashed"] for entry in summary["rates"] if not entry["by"])
+    if crashed and crashed == summary["episodes"]:
+        print(
+            f"okiagari: every episode crashed; `okiagari replay {folder} ID` shows the traceback of one",
+            file=sys.stderr,
+        )
+        raise typer.Exit(1)

@@ -52,8 +52,7 @@ class PushRecovery(control.Task):
 
     def initialize_episode(self, physics: PushedPhysics) -> None:
         """Put the robot into its stand, and begin a new record."""
-        self.plant.world.arrange()
-        self.plant.reset_layer()
+        self.plant.arrange()
         self.episode = Episode(self._scenario, self.plant)
 
     def before_step(self, action: Array, physics: PushedPhysics) -> None:

@@ -8,7 +8,7 @@ from typing import Any, cast
 from pydantic import ValidationError
 
 from controllers.fields import Strict
-from controllers.interface import BalanceController, Setting, WholeBodyLayer
+from controllers.interface import BalanceController, JointController, Setting, WholeBodyLayer
 from controllers.registry import CONTROLLERS, LAYERS, Entry
 from models.errors import InputError, OkiagariError
 from models.robot import Robot
@@ -17,7 +17,7 @@ from scenarios.error_messages import first_error
 from scenarios.schema import Scenario
 
 
-def make_controller(scenario: Scenario, robot: Robot) -> BalanceController:
+def make_controller(scenario: Scenario, robot: Robot) -> BalanceController | JointController:
     """The controller of a scenario.
 
     Raises:
@@ -26,27 +26,37 @@ def make_controller(scenario: Scenario, robot: Robot) -> BalanceController:
     entry = CONTROLLERS.entry(scenario.controller.name)
     shared = {name: getattr(scenario, name) for name in SHARED if name in entry.options.model_fields}
     options = _options(entry, "controller", scenario.controller.options | shared)
-    layer = None if scenario.world == "pendulum" else LAYERS.entry(layer_of(scenario).name).cls
+    if entry.at_joints and scenario.world == "pendulum":
+        raise InputError(f"controller: {entry.short!r} moves joints, and the world 'pendulum' has none")
+    choice = layer_of(scenario)
+    layer = None if choice is None else LAYERS.entry(choice.name).cls
     setting = Setting(robot=robot, dt=scenario.timing.control, layer=layer)
-    controller = _built(entry, "controller", setting, options)
-    return cast(BalanceController, controller)
+    return cast(BalanceController | JointController, _built(entry, "controller", setting, options))
 
 
-def make_layer(scenario: Scenario, robot: Robot) -> WholeBodyLayer:
-    """The whole-body layer of a scenario.
+def make_layer(scenario: Scenario, robot: Robot) -> WholeBodyLayer | None:
+    """The whole-body layer of a scenario; None if nothing is there for it to do.
 
     Raises:
         InputError: if it is not ours and cannot be built.
     """
     choice = layer_of(scenario)
+    if choice is None:
+        return None
     entry = LAYERS.entry(choice.name)
     layer = _built(entry, "whole_body", robot, scenario.timing.control, _options(entry, "whole_body", choice.options))
     return cast(WholeBodyLayer, layer)
 
 
-def layer_of(scenario: Scenario) -> Choice:
-    """The choice of the whole-body layer: the controller's own, if its class names one, else the scenario's."""
-    own = getattr(CONTROLLERS.entry(scenario.controller.name).cls, "layer", None)
+def layer_of(scenario: Scenario) -> Choice | None:
+    """The choice of the whole-body layer: the controller's own, if its class names one, else the scenario's.
+
+    None if there is nothing for it to do: on the pendulum, and under a controller at joint level.
+    """
+    entry = CONTROLLERS.entry(scenario.controller.name)
+    if scenario.world == "pendulum" or entry.at_joints:
+        return None
+    own = getattr(entry.cls, "layer", None)
     return scenario.whole_body if own is None else Choice(name=own)
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from controllers.interface import BalanceController, Observation, WholeBodyLayer
+from controllers.interface import BalanceController, JointController, Observation, WholeBodyLayer
 from controllers.registry import CONTROLLERS
-from models.errors import OkiagariError
+from models.errors import InputError, OkiagariError
 from models.robot import Robot, load_robot
 from scenarios.catalogue import check_against
 from scenarios.schema import Scenario
@@ -62,7 +63,7 @@ class Episode:
         scenario: what happens.
         robot: whom it happens to.
         plant: the world.
-        controller: who answers; None if the actions come from outside.
+        controller: who answers, with balance commands or joint targets; None if the actions come from outside.
         ticks: control ticks begun.
         truth: the observation of this tick as it is.
         seen: the same as the controller sees it.
@@ -73,7 +74,7 @@ class Episode:
         self,
         scenario: Scenario,
         plant: Plant,
-        controller: BalanceController | None = None,
+        controller: BalanceController | JointController | None = None,
         *,
         polygons: bool = False,
         on_tick: Callable[[Episode], None] | None = None,
@@ -94,9 +95,13 @@ class Episode:
         self._recording = Recording(scenario, plant, controller, polygons=polygons)
         choice = scenario.controller
         self._guard = Guard(f"controller {choice.short!r}", foreign=choice.name not in CONTROLLERS.shipped)
-        reset = getattr(controller, "reset", None)
-        if reset is not None:
-            self._guard.ask(reset, 0)
+        self._asked_every = 1
+        if controller is not None and hasattr(controller, "command"):
+            if (reset := getattr(controller, "reset", None)) is not None:
+                self._guard.ask(reset, 0)
+        elif controller is not None:
+            self._asked_every = _whole_ticks(choice.short, controller, scenario.timing.control)
+            self._guard.ask(controller.reset, 0, scenario.seed)
         self._began = self._ended = time.perf_counter()
         self.action: Action | None = None
         self.truth: Observation
@@ -120,13 +125,22 @@ class Episode:
             return False
         if self.controller is None:
             raise OkiagariError("an episode without a controller is driven by observe, begin and end")
-        seen = self.observe()
-        command = self._guard.ask(self.controller.command, self.ticks, seen)
-        if not self.begin(self._guard.check_command(command, self.ticks, seen)):
+        self.observe()
+        if not self.begin(self._ask(self.controller)):
             return False
         self.plant.step()
         self.end()
         return True
+
+    def _ask(self, controller: BalanceController | JointController) -> Action:
+        """The answer to what is seen; at joint level the last one, until its period is over."""
+        seen, tick = self.seen, self.ticks
+        if hasattr(controller, "command"):
+            return self._guard.check_command(self._guard.ask(controller.command, tick, seen), tick, seen)
+        if self.action is not None and tick % self._asked_every:
+            return self.action
+        targets = self._guard.ask(controller.targets, tick, seen)
+        return self._guard.check_targets(targets, tick, len(self.robot.joint_names), seen)
 
     def observe(self) -> Observation:
         """What the controller sees now; to be asked once a tick."""
@@ -170,11 +184,26 @@ class Episode:
         )
 
 
+def _whole_ticks(who: str, controller: JointController, dt: float) -> int:
+    """Control ticks in a controller's period.
+
+    Raises:
+        InputError: if that is no whole number.
+    """
+    period = getattr(controller, "period", None)
+    if not isinstance(period, int | float) or not period > 0.0 or not math.isclose(period / dt, round(period / dt)):
+        raise InputError(
+            f"controller {who!r}: period: {period!r} must be a number of seconds, a whole multiple of the control "
+            f"period, {dt:g} s"
+        )
+    return round(period / dt)
+
+
 def run_episode(
     scenario: Scenario,
     *,
     progress: Callable[[float], None] | None = None,
-    controller: BalanceController | None = None,
+    controller: BalanceController | JointController | None = None,
     robot: Robot | None = None,
     layer: WholeBodyLayer | None = None,
     polygons: bool = True,

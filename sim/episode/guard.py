@@ -69,6 +69,9 @@ class Guard:
             self._refuse(tick, "targets", f"is {_kind(targets)}; it must be a JointTargets")
         for name in ("position", "velocity", "torque"):
             self._numbers(tick, name, getattr(targets, name), (joints,), observation)
+        for name in ("stiffness", "damping"):
+            if (gains := getattr(targets, name)) is not None:
+                self._numbers(tick, name, gains, (joints,), observation)
         return targets
 
     def _numbers(self, tick: int, field: str, value: Any, shape: tuple[int, ...], observation: Observation) -> None:

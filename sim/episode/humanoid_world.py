@@ -20,6 +20,10 @@ from sim.episode.push_schedule import ImpulseLog, schedule
 Array = NDArray[np.float64]
 
 
+# Where MuJoCo's <dcmotor> keeps its stiffness [N m/rad] and its damping [N m s/rad].
+_GAINS = np.array([4, 6])
+
+
 class PushedPhysics(dm_mujoco.Physics):
     """dm_control's physics with a schedule of pushes that act through `xfrc_applied`.
 
@@ -116,11 +120,14 @@ class HumanoidWorld:
         self._motor = _motor_order(model)
         self._floor_at = int(model.sensor(FLOOR).adr[0])
         self._controls = np.zeros((len(robot.joint_names), 3))
+        self._file_gains = model.actuator_gainprm[self._motor][:, _GAINS].copy()
+        self._gains_changed = False
         self.ticks = 0
         self.reset()
 
-    def reset(self) -> None:
-        """Start the episode anew."""
+    def reset(self, scenario: Scenario | None = None) -> None:
+        """Start the episode anew, or one of a scenario that differs in seed, variation and pushes only."""
+        self._scenario = scenario or self._scenario
         with self.physics.reset_context():
             self.arrange()
 
@@ -180,6 +187,18 @@ class HumanoidWorld:
         controls = self._controls
         controls[:, 0], controls[:, 1], controls[:, 2] = targets.position, targets.velocity, targets.torque
         self._data.ctrl[self._servo] = controls.ravel()
+        if targets.stiffness is not None or targets.damping is not None or self._gains_changed:
+            self._set_gains(targets.stiffness, targets.damping)
+
+    def _set_gains(self, stiffness: Array | None, damping: Array | None) -> None:
+        """Give the servos (n,) gains, or back those of the robot's file."""
+        gains = self._file_gains.copy()
+        for column, given in enumerate((stiffness, damping)):
+            if given is not None:
+                gains[:, column] = given
+        parameters = self._model.actuator_gainprm
+        parameters[np.arange(len(parameters))[self._motor][:, None], _GAINS] = gains
+        self._gains_changed = stiffness is not None or damping is not None
 
     def tick_done(self) -> None:
         """Count a control period that the physics has run."""

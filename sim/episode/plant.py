@@ -59,8 +59,8 @@ class Plant(Protocol):
 
     robot: Robot
 
-    def reset(self) -> None:
-        """Start the episode anew."""
+    def reset(self, scenario: Scenario) -> None:
+        """Start an episode of a scenario that differs in seed, variation and pushes only."""
 
     @property
     def impulse_log(self) -> ImpulseLog:
@@ -93,9 +93,9 @@ class PendulumPlant:
         self._world = PendulumWorld(scenario, robot)
         self._command: BalanceCommand | None = None
 
-    def reset(self) -> None:
+    def reset(self, scenario: Scenario) -> None:
         """See `Plant`."""
-        self._world.reset()
+        self._world = PendulumWorld(scenario, self.robot)
 
     @property
     def impulse_log(self) -> ImpulseLog:
@@ -140,19 +140,24 @@ class HumanoidPlant:
         self.robot = robot
         self.world = HumanoidWorld(scenario, robot)
         self._layer = make_layer(scenario, robot) if layer is None else layer
-        self._layer.reset()
-        choice = layer_of(scenario)
-        self._guard = Guard(f"whole_body {choice.short!r}", foreign=choice.name not in LAYERS.shipped)
+        self._reset_layer()
+        name = scenario.whole_body if (choice := layer_of(scenario)) is None else choice
+        self._guard = Guard(f"whole_body {name.short!r}", foreign=name.name not in LAYERS.shipped)
         self._targets: JointTargets | None = None
 
-    def reset(self) -> None:
+    def reset(self, scenario: Scenario) -> None:
         """See `Plant`."""
-        self.world.reset()
-        self.reset_layer()
+        self.world.reset(scenario)
+        self._reset_layer()
 
-    def reset_layer(self) -> None:
-        """Forget what the whole-body layer remembers of the last episode."""
-        self._layer.reset()
+    def arrange(self) -> None:
+        """The same within a `reset_context` of the physics, which dm_control's environments open themselves."""
+        self.world.arrange()
+        self._reset_layer()
+
+    def _reset_layer(self) -> None:
+        if self._layer is not None:
+            self._layer.reset()
 
     @property
     def impulse_log(self) -> ImpulseLog:
@@ -173,11 +178,12 @@ class HumanoidPlant:
 
     def give(self, tick: int, seen: Observation, action: Action) -> None:
         """See `Plant`."""
-        targets = action
         if isinstance(action, BalanceCommand):
+            assert self._layer is not None, "a controller at joint level gives no balance command"
             targets = self._guard.ask(self._layer.targets, tick, seen, action)
-        self._targets = self._guard.check_targets(targets, tick, len(self.robot.joint_names), seen)
-        self.world.set_targets(self._targets)
+            action = self._guard.check_targets(targets, tick, len(self.robot.joint_names), seen)
+        self._targets = action
+        self.world.set_targets(action)
 
     def step(self) -> None:
         """See `Plant`."""

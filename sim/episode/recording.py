@@ -16,6 +16,7 @@ from controllers.interface import (
     BalanceCommand,
     BalanceController,
     Decision,
+    JointController,
     Observation,
     Phase,
     Predictor,
@@ -29,7 +30,7 @@ from scenarios.schema import Scenario
 from sim.episode.plant import Action, Condition, Effort, Plant
 from sim.episode.push_record import PushRecord, check_delivered
 from sim.episode.set_polygons import Plane, SetPolygon, admissible_polygons
-from sim.episode.step_count import StepCount, standing_feet
+from sim.episode.step_count import StepCount
 from sim.record.motors import MotorLog, MotorUse
 from sim.record.outcome import EarlyEnd
 from sim.record.trace import Trace, TraceRecorder
@@ -50,7 +51,12 @@ class Recording:
     """
 
     def __init__(
-        self, scenario: Scenario, plant: Plant, controller: BalanceController | None, *, polygons: bool = False
+        self,
+        scenario: Scenario,
+        plant: Plant,
+        controller: BalanceController | JointController | None,
+        *,
+        polygons: bool = False,
     ) -> None:
         """Make room for the whole episode.
 
@@ -70,7 +76,13 @@ class Recording:
         self._recorder = TraceRecorder(scenario.ticks, joints=joints)
         self._at = _Columns(self._recorder, joints is not None)
         last = max((push.end for push in scenario.pushes), default=None)
-        self._early = EarlyEnd(self._recorder.index, cog_height=robot.cog_height, last_push=last)
+        self._early = EarlyEnd(
+            self._recorder.index,
+            cog_height=robot.cog_height,
+            last_push=last,
+            rest=scenario.judge.rest,
+            period=self.period,
+        )
         self._ended: dict[int, dict[str, Any]] = {}
         self._support: tuple[list[float], SupportPolygon] | None = None
         self._row = np.empty(0)
@@ -94,7 +106,7 @@ class Recording:
         row[at.cog : at.cog + 3] = observation.cog
         row[at.cog + 3 : at.cog + 6] = observation.cog_velocity
         row[at.zmp : at.zmp + 2] = observation.zmp
-        stands = standing_feet(observation, action)
+        stands = self._steps.standing(observation, action)
         if isinstance(action, BalanceCommand):
             row[at.zmp + 2 : at.zmp + 4] = action.zmp
             phase = action.phase

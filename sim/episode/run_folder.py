@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
+import hashlib
+import itertools
 import json
 import math
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +19,7 @@ import numpy as np
 import tomli_w
 
 from models.errors import InputError
+from sim.record.places import made_parents, real_path
 
 if TYPE_CHECKING:
     from sim.episode.episode import EpisodeResult
@@ -26,16 +30,13 @@ OUTCOME = "outcome.json"
 DECISIONS = "decisions.json"
 FIGURE = "figure.png"
 VIDEO = "video.mp4"
+LOCK = ".lock"
+"""Held while a run is being written, and let go by the system however it ends."""
 FILES = (SCENARIO, TRACE, OUTCOME, DECISIONS, FIGURE, VIDEO)
 
 
-def free_folder(name: str, root: Path = Path("out")) -> Path:
-    """The first of `root/name`, `root/name-2`, ... that does not exist yet."""
-    number, folder = 1, root / name
-    while folder.exists():
-        number += 1
-        folder = root / f"{name}-{number}"
-    return folder
+class TargetTakenError(InputError):
+    """A folder holds a run already, or another run is writing it now."""
 
 
 def check_target(target: Path, *, overwrite: bool) -> None:
@@ -48,14 +49,14 @@ def check_target(target: Path, *, overwrite: bool) -> None:
     Raises:
         InputError: if it may not.
     """
-    if not os.path.exists(target):  # False, too, for a name that no system can have
-        parent = next(folder for folder in target.absolute().parents if os.path.exists(folder))
-        if not (parent.is_dir() and os.access(parent, os.W_OK | os.X_OK)):
-            raise InputError(f"--out: {str(target)!r} cannot be made; {parent} must be a folder that you may write to")
+    real = real_path(target, "--out")
+    if real in (Path.cwd(), *Path.cwd().parents):
+        raise InputError(f"--out: {str(target)!r} is the folder that you are in, or above it; choose one beside")
+    if not real.exists():
         return
-    if not target.is_dir():
+    if not real.is_dir():
         raise InputError(f"--out: {str(target)!r} is a file; it must be a folder that is empty or does not exist")
-    held = sorted(entry.name for entry in target.iterdir())
+    held = sorted(entry.name for entry in real.iterdir())
     if not held:
         return
     foreign = [name for name in held if name not in FILES]
@@ -64,30 +65,81 @@ def check_target(target: Path, *, overwrite: bool) -> None:
             f"--out: {str(target)!r} holds {foreign[0]!r}, which no run writes; choose a folder that does not exist"
         )
     if not overwrite:
-        raise InputError(f"--out: {str(target)!r} holds a run already; choose another folder or pass --overwrite")
+        raise TargetTakenError(f"--out: {str(target)!r} holds a run already; choose another folder or pass --overwrite")
 
 
 @contextmanager
-def staged(target: Path, *, overwrite: bool = False) -> Iterator[Path]:
+def claimed(target: Path, *, overwrite: bool = False) -> Iterator[Path]:
     """A folder to write into, which becomes `target` in one move when the block ends well, and else disappears.
 
+    From the beginning no other run can claim the same target.
+
     Args:
-        target: see `check_target`.
+        target: see `check_target`; symbolic links are followed.
         overwrite: whether a former run may be replaced.
 
     Raises:
         InputError: if `target` may not be written.
+        TargetTakenError: if it holds a run, or another one is writing it.
     """
     check_target(target, overwrite=overwrite)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    # Beside the target: a move within one file system is all or nothing.
-    stage = target.parent / f".{target.name}.{os.getpid()}.part"
-    stage.mkdir()
-    try:
+    real = real_path(target, "--out")
+    if len(os.fsencode(real.name)) > 255:
+        raise InputError(f"--out: {str(target)[:60]!r}... cannot be made: File name too long")
+    with made_parents(real, "--out", target), _stage(real, target) as stage:
         yield stage
-        _replace(target, stage)
+        (stage / LOCK).unlink()
+        _replace(real, stage)
+
+
+@contextmanager
+def claimed_at(target: Path, *, overwrite: bool = False) -> Iterator[tuple[Path, Path]]:
+    """The target, and the folder to write into; see `claimed`."""
+    with claimed(target, overwrite=overwrite) as stage:
+        yield target, stage
+
+
+@contextmanager
+def claimed_free(name: str, root: Path = Path("out")) -> Iterator[tuple[Path, Path]]:
+    """The first of `root/name`, `root/name-2`, ... that nobody has, and the folder to write into; see `claimed`."""
+    for number in itertools.count(1):
+        target = root / (name if number == 1 else f"{name}-{number}")
+        with ExitStack() as stack:
+            if target.exists() and any(target.iterdir()):
+                continue
+            try:
+                stage = stack.enter_context(claimed(target))
+            except TargetTakenError:
+                continue
+            yield target, stage
+            return
+
+
+@contextmanager
+def _stage(real: Path, target: Path) -> Iterator[Path]:
+    """The folder beside the target that is moved to it in the end: a move within one file system is all or nothing."""
+    # Short whatever the target's name, and the same for every run that wants it.
+    stage = real.parent / f".okiagari-{hashlib.sha256(os.fsencode(real.name)).hexdigest()[:12]}.part"
+    while True:
+        stage.mkdir(exist_ok=True)
+        lock = open(stage / LOCK, "w")  # noqa: SIM115
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            lock.close()
+            raise TargetTakenError(f"--out: {str(target)!r} is being written by another run; choose another") from None
+        # A run that ended meanwhile has taken its folder with it.
+        if (stage / LOCK).exists() and os.stat(stage / LOCK).st_ino == os.fstat(lock.fileno()).st_ino:
+            break
+        lock.close()
+    try:
+        for left in stage.iterdir():  # by a run that was killed
+            if left.name != LOCK:
+                left.unlink()
+        yield stage
     finally:
         shutil.rmtree(stage, ignore_errors=True)
+        lock.close()
 
 
 def _replace(target: Path, stage: Path) -> None:

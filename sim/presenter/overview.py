@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from sim.presenter.formatting import case_words, condensed, degrees, fraction, median_words, percent
 from sim.presenter.who import Summary, label, main_controller
 
+_STILL = "at the end the COG is at rest with no step under way"
+_UPRIGHT = "at the end it is upright, marching or not, and its COG moved by less than 0.1 m in the last second"
 _RECOVERED = (
-    "at the end the COG is at rest with no step under way; never did the trunk tilt by more than 75°, the COG sink "
+    "; never did the trunk tilt by more than 75°, the COG sink "
     "below half its height, or anything but a sole touch the floor"
 )
 _SIZE = (
@@ -65,7 +67,7 @@ def facts(summary: Summary) -> dict[str, str]:
         "robot": ", ".join(summary["robots"]),
         "world": ", ".join(summary["worlds"]),
         "controllers": ", ".join(called),
-        "recovered": _RECOVERED,
+        "recovered": (_UPRIGHT if summary.get("rest") == "upright" else _STILL) + _RECOVERED,
         "size of a push": _SIZE,
     }
     if train := summary["train"]:

@@ -57,6 +57,7 @@ def _threshold_table(summary: Summary, case: Entry, *, folded: bool) -> Table:
     entries = by_controller(summary, _of_case(summary["robust"], case))
     robot = case.get("robot", summary["robots"][0])
     limits = {limit["direction_deg"]: limit for limit in summary["limits"] if limit["robot"] == robot}
+    holed = _holed(summary, case)
     rows: list[dict[Any, str]] = []
     for way in sorted({entry["direction_deg"] for own in entries.values() for entry in own}):
         row: dict[Any, str] = {"to": degrees(way)}
@@ -67,9 +68,10 @@ def _threshold_table(summary: Summary, case: Entry, *, folded: bool) -> Table:
         for name, own in entries.items():
             one = next((entry for entry in own if entry["direction_deg"] == way), None)
             for scale, (words, digits) in _SCALES.items():
-                row[label(summary, name), words] = (
-                    one and fixed(one[scale], digits, capped=one["capped"] and scale != "ever")
-                ) or ""
+                told = fixed(one[scale], digits, capped=one["capped"] and scale != "ever") if one else ""
+                row[label(summary, name), words] = told + (
+                    _HOLE if told and scale != "ever" and (name, way) in holed else ""
+                )
         rows.append(row)
     for i, how in enumerate(("mean", "worst")):
         row = {"to": how}
@@ -81,6 +83,7 @@ def _threshold_table(summary: Summary, case: Entry, *, folded: bool) -> Table:
         title="Robust recoverable push" + (f", {case_words(case)}" if case else ""),
         rows=tuple(rows),
         totals=2,
+        notes=(_HOLE_WORDS,) if holed else (),
         shown="folded" if folded else "everywhere",
     )
 
@@ -115,19 +118,33 @@ def _grouped(group: str, cells: Sequence[str]) -> dict[Any, str]:
     return {(group, heading): cell for heading, cell in zip(("mean", "worst", "at"), cells, strict=False)}
 
 
+_HOLE = " *"
+_HOLE_WORDS = "*: above a hole: some push to that side of less than 75 % of the threshold was lost."
+
+
+def _holed(summary: Summary, case: Entry) -> set[tuple[str, float]]:
+    """Controller and direction of the thresholds that are above a hole."""
+    return {(hole["controller"], hole["direction_deg"]) for hole in _of_case(summary["holes"], case)}
+
+
 def envelope_table(summary: Summary, case: Entry) -> Table:
     """The thresholds of one case in units of omega d, a column a direction, with means, worst direction and holes."""
     entries = _of_case(summary["robust"], case)
     ways = sorted({entry["direction_deg"] for entry in entries})
-    rows = []
+    rows, holed = [], _holed(summary, case)
     for name, own in by_controller(summary, entries).items():
-        at = {entry["direction_deg"]: fixed(entry["over_omega_d"], capped=entry["capped"]) for entry in own}
+        at = {
+            entry["direction_deg"]: fixed(entry["over_omega_d"], capped=entry["capped"])
+            + (_HOLE if (name, entry["direction_deg"]) in holed else "")
+            for entry in own
+        }
         row = {"Δv/(ωd)": label(summary, name)} | {degrees(way): at.get(way, "") for way in ways}
         row |= dict(zip(("mean", "worst"), condensed(own, "over_omega_d"), strict=True))
         row |= {"mean Δv/√(gh)": condensed(own, "over_sqrt_gh", 3)[0]}
         holes = sum(hole["controller"] == name for hole in _of_case(summary["holes"], case))
         rows.append(row | {"holes": str(holes)})
-    notes = () if summary["first"] is None else (first_words(summary),)
+    notes: tuple[str, ...] = () if summary["first"] is None else (first_words(summary),)
+    notes += (_HOLE_WORDS,) if holed else ()
     return Table(title="Robust recoverable push", rows=tuple(rows), strong="mean", notes=notes)
 
 

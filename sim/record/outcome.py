@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -26,6 +27,10 @@ END_HEIGHT = 0.7
 """The same at the end of the episode."""
 REST_SPEED = 0.05
 """Speed of the COG below which it is at rest [m/s]."""
+MARCH = 1.0
+"""Time over which one who marches in place is looked at, longer than a gait cycle [s]."""
+MARCH_WAY = 0.1
+"""Way of the COG in that time below which it is on the whole in one place [m]."""
 JUDGED_AFTER = 5.0
 """Time after the last push at which being at rest counts as recovered [s]."""
 REST_HELD = 1.0
@@ -48,6 +53,7 @@ class Reason(StrEnum):
     """Why it ended so, in words."""
 
     AT_REST = "at rest with no step under way"
+    UPRIGHT = "upright, and on the whole in one place"
     TILT = "trunk tilted by more than 75 degrees"
     HEIGHT = "COG below 50 % of its nominal height"
     CONTACT = "something but the soles touched the floor"
@@ -55,6 +61,7 @@ class Reason(StrEnum):
     END_HEIGHT = "COG below 70 % of its nominal height at the end"
     STEPPING = "still stepping at the end"
     MOVING = "COG still faster than 0.05 m/s at the end"
+    TRAVELLING = "COG moved by more than 0.1 m in the last second"
     TOO_SHORT = "at rest, but for less than 1 s and less than 5 s after the last push"
     NOT_FINITE = "the state is not finite"
 
@@ -100,7 +107,8 @@ def judge(trace: Trace) -> Outcome:
     or something but the soles touched the floor; or if in the last row the tilt is above 45 degrees or the COG below
     70 % of nominal. It *recovered* if in the last row no step is under way and the COG is slower than 0.05 m/s,
     either 5 s or more after the last push, or having been so, and as upright as asked of the last row, for
-    1 s after it. Else it is *not settled*.
+    1 s after it. Else it is *not settled*. Under the scenario's rule "upright" it may step, and the COG must have
+    moved by less than 0.1 m in the second before instead.
 
     Args:
         trace: at least one row; its metadata give the pushes and the nominal height.
@@ -123,15 +131,22 @@ def judge(trace: Trace) -> Outcome:
     if trace["cog_z"][-1] < END_HEIGHT * nominal:
         return outcome(Result.FELL, Reason.END_HEIGHT, fell=end)
 
+    upright = rest_rule(trace.metadata["scenario"]) == "upright"
     speed = np.sqrt(trace["cog_vx"] ** 2 + trace["cog_vy"] ** 2 + trace["cog_vz"] ** 2)
     if not np.isfinite(speed[-1]):
         return outcome(Result.NOT_SETTLED, Reason.NOT_FINITE)
-    if trace["phase"][-1] == _STEPPING:
-        return outcome(Result.NOT_SETTLED, Reason.STEPPING)
-    if speed[-1] >= REST_SPEED:
-        return outcome(Result.NOT_SETTLED, Reason.MOVING)
+    if upright:
+        quiet = _way(trace) < MARCH_WAY
+        if not quiet[-1]:
+            return outcome(Result.NOT_SETTLED, Reason.TRAVELLING)
+    else:
+        quiet = (speed < REST_SPEED) & (trace["phase"] != _STEPPING)
+        if trace["phase"][-1] == _STEPPING:
+            return outcome(Result.NOT_SETTLED, Reason.STEPPING)
+        if not quiet[-1]:
+            return outcome(Result.NOT_SETTLED, Reason.MOVING)
     last_push = last_push_end(trace.metadata["scenario"])
-    resting = (speed < REST_SPEED) & (trace["phase"] != _STEPPING) & (time >= last_push - _ROUNDING)
+    resting = quiet & (time >= last_push - _ROUNDING)
     resting &= (trace["trunk_tilt"] <= END_TILT) & (trace["cog_z"] >= END_HEIGHT * nominal)
     if not resting[-1]:
         return outcome(Result.NOT_SETTLED, Reason.TOO_SHORT)
@@ -139,7 +154,20 @@ def judge(trace: Trace) -> Outcome:
     since = float(time[restless[-1] + 1 if restless.size else 0])
     if end - last_push < JUDGED_AFTER - _ROUNDING and end - since < REST_HELD - _ROUNDING:
         return outcome(Result.NOT_SETTLED, Reason.TOO_SHORT)
-    return outcome(Result.RECOVERED, Reason.AT_REST, settled=since)
+    return outcome(Result.RECOVERED, Reason.UPRIGHT if upright else Reason.AT_REST, settled=since)
+
+
+def rest_rule(scenario: Mapping[str, Any]) -> str:
+    """What counts as rest in a scenario (as in a trace's metadata): "still" or "upright"."""
+    rule: str = scenario.get("judge", {}).get("rest", "still")
+    return rule
+
+
+def _way(trace: Trace) -> Array:
+    """(n,) how far the COG has moved horizontally in the `MARCH` before each row [m]; infinite in the first of it."""
+    before = np.searchsorted(trace.time, trace.time - MARCH + _ROUNDING, side="right") - 1
+    way = np.hypot(*(trace[axis] - trace[axis][np.maximum(before, 0)] for axis in ("cog_x", "cog_y")))
+    return np.where(before >= 0, way, np.inf)
 
 
 def last_push_end(scenario: Mapping[str, Any]) -> float:
@@ -153,14 +181,21 @@ class EarlyEnd:
     Without a push there is nothing to recover from, so only a fall ends the episode before its time.
     """
 
-    def __init__(self, index: Mapping[str, int], *, cog_height: float, last_push: float | None) -> None:
+    def __init__(
+        self, index: Mapping[str, int], *, cog_height: float, last_push: float | None, rest: str, period: float
+    ) -> None:
         """Prepare.
 
         Args:
             index: channel -> column of the rows.
             cog_height: nominal height of the COG [m].
             last_push: when the last push ends [s]; None if there is none.
+            rest: what counts as rest, as of `rest_rule`.
+            period: time between two rows [s].
         """
+        self._place = index["cog_x"]
+        # The places of the last second, the oldest first; only one who may march in place is asked for them.
+        self._places: deque[Array] | None = deque(maxlen=round(MARCH / period) + 1) if rest == "upright" else None
         self._time, self._tilt, self._height = index["time"], index["trunk_tilt"], index["cog_z"]
         self._contact, self._phase = index["other_contact"], index["phase"]
         self._velocity = (index["cog_vx"], index["cog_vy"], index["cog_vz"])
@@ -178,7 +213,12 @@ class EarlyEnd:
         if not math.isfinite(squared):
             return True
         upright = row[self._tilt] <= END_TILT and row[self._height] >= self._low_at_end
-        slow = squared < REST_SPEED**2 and row[self._phase] != _STEPPING
+        if self._places is None:
+            slow = squared < REST_SPEED**2 and row[self._phase] != _STEPPING
+        else:
+            self._places.append(row[self._place : self._place + 2].copy())
+            full = len(self._places) == self._places.maxlen
+            slow = full and math.hypot(*(self._places[-1] - self._places[0])) < MARCH_WAY
         if not (upright and slow and time >= self._last_push - _ROUNDING):
             self._since = None
             return False

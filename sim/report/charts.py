@@ -155,12 +155,13 @@ def slack_plot(world: str, pushes: pd.DataFrame, section: dict[str, Any]) -> Pic
         section: what `sim.analysis.prediction_score.by_slack` says of them.
     """
     slack = 1e3 * signed_slack(pushes).dropna()
-    well = recovered(pushes)[slack.index]
+    well, fit = recovered(pushes)[slack.index], section["logistic"]
+    curve = "." if fit is None or fit["separated"] else ", the curve a logistic fit."
     return picture(
         lambda: _draw_slack(world, slack[well], slack[~well], section),
         f"Recovery by signed slack in the {world} world, {len(slack)} episodes.",
         caption="Does more slack mean safer? Dots are rates of recovery in bins of the slack (bars: the bin's extent, "
-        "the 95 % interval of its rate), ticks above and below the single episodes, the curve a logistic fit.",
+        "the 95 % interval of its rate), ticks above and below the single episodes" + curve,
     )
 
 

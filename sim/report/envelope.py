@@ -107,7 +107,8 @@ def draw_envelope(summary: Summary, case: dict[str, Any], *, normalised: bool, k
     axes.spines["polar"].set_visible(False)
     axes.tick_params(axis="y", labelsize=7.5, labelcolor=SOFT)
     title = case_words(case) or ("Δv/(ωd)" if normalised else "Δv [m/s]")
-    axes.set_title(title, fontsize=10, fontweight="bold", pad=10)
+    # Of the figure: a title of polar axes is cut off when the outermost ring is far out.
+    figure.suptitle(title, fontsize=10, fontweight="bold")
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, handlelength=2.4)
     return figure
 

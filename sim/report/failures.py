@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,13 +14,13 @@ import pandas as pd
 from PIL import Image
 
 from models.errors import OkiagariError
-from scenarios.schema import Scenario
 from sim.analysis.check import describe, replay_command
 from sim.analysis.frame import crashed, records, recovered
 from sim.analysis.prediction_score import SETS, predicted_safe, signed_slack
 from sim.episode.episode import run_episode
 from sim.record.outcome import last_push_end
 from sim.record.trace import Trace
+from sim.sweep.replay import scenario_of_row
 from sim.viz.film_strip import Frame, part_of, strip_frames
 from sim.viz.video import missing_renderer
 
@@ -136,7 +135,7 @@ def film_strip(row: Mapping[str, Any]) -> Strip:
         return Strip(frames=(), note=note)
     if row["outcome"] == "crashed":
         return Strip(frames=(), note="it crashed, so there is nothing to see")
-    scenario = Scenario.model_validate(json.loads(row["scenario"]))
+    scenario = scenario_of_row(row)
     try:
         result = run_episode(scenario, polygons=False)
         # Of a train, the push that the row is of; else also the push before the one that was asked for.

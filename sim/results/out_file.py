@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
-from models.errors import InputError
+from sim.record.places import check_writable, made_parents, real_path
 from sim.results.table import write_bytes
 
 
@@ -19,23 +18,16 @@ def check_file(path: Path, option: str) -> None:
     Raises:
         InputError: if it is a folder, or no file can be made there.
     """
-    if os.path.isdir(path):
-        raise InputError(f"{option}: {str(path)!r} is a folder; it must be a file")
-    place = next(parent for parent in path.absolute().parents if os.path.exists(parent))
-    if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
-        why = "may not be written to" if place.is_dir() else "is not a folder"
-        raise InputError(f"{option}: {str(path)!r} cannot be written: {str(place)!r} {why}")
+    check_writable(path, option)
 
 
 def write_file(content: bytes, path: Path, option: str) -> None:
-    """Write a file, whole or not at all; its folder is made.
+    """Write a file, whole or not at all; its folder is made, and a symbolic link is followed.
 
     Raises:
         InputError: if it cannot be written.
     """
     check_file(path, option)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{option}: {str(path)!r} cannot be written: {error.strerror}") from None
-    write_bytes(content, path)
+    real = real_path(path, option)
+    with made_parents(real, option):
+        write_bytes(content, real)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,13 +18,18 @@ from scenarios.push import Push
 Array = NDArray[np.float64]
 
 
-@functools.lru_cache(maxsize=8)
 def robot_named(name: str) -> Robot:
-    """The robot of a scenario, read once in a process.
+    """The robot of a scenario, read once in a process, and again if its file has changed since.
 
     Raises:
         InputError: see `load_robot`.
     """
+    path = Path(name)
+    return _robot(name, path.stat().st_mtime_ns if path.is_file() else 0)
+
+
+@functools.lru_cache(maxsize=8)
+def _robot(name: str, changed: int) -> Robot:
     return load_robot(name)
 
 

@@ -10,13 +10,20 @@ from typing import Any
 import numpy as np
 
 from controllers.admissible.certificate import Certificate, certify
-from controllers.admissible.limits import no_step_limit
+from controllers.admissible.delay import delayed_set
+from controllers.admissible.gain_bank import GainBank
+from controllers.admissible.gilbert_tan import MoaError
+from controllers.admissible.limits import no_step_limit, recoverable_delta_v
 from controllers.admissible.moa import MoaSet
+from controllers.fields import snap
+from controllers.gains import GainError
 from controllers.nstep.certificate import StepCertificate
 from controllers.nstep.step_sets import StepSets
 from controllers.stepping.set_policy import SetPolicy, plan_name
 from controllers.supervisor.supervisor import Supervisor
+from models.errors import InputError
 from models.robot import Robot, load_robot
+from scenarios.catalogue import check_against
 from scenarios.choice import Choice
 from scenarios.push import Push
 from scenarios.schema import Scenario
@@ -28,41 +35,91 @@ from sim.set_study import set_reach
 DIRECTIONS = tuple(range(0, 360, 45))
 
 
-def set_report(scenario: Scenario, *, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
+def set_report(
+    scenario: Scenario, *, zmp_error: float = 0.0, delay: float = 0.0, progress: Callable[[float], None] | None = None
+) -> dict[str, Any]:
     """Compute the sets of a scenario's robot at rest in its first stance.
 
     A push is a sudden change of the COG velocity here, as in the paper's Section V.
 
     Args:
         scenario: gives the robot, the control period, the gain, the stepping and the pushes.
+        zmp_error: largest error of the realised ZMP along each axis that a second family of sets withstands [m]; 0 for
+            no such family.
+        delay: time that the ZMP follows its command by, for a third family, of the regulators alone [s]; 0 for none.
         progress: called with the share of the work that is done.
 
     Returns:
         JSON types, lengths in m, velocities in m/s; what is unbounded is null.
+
+    Raises:
+        InputError: if the delay is no whole multiple of the control period, or the error leaves nothing of the sole.
     """
     robot = load_robot(scenario.robot)
+    samples = _samples(delay, scenario.timing.control)
+    robust = scenario.model_copy(update={"stepping": scenario.stepping.model_copy(update={"zmp_error": zmp_error})})
+    if zmp_error:
+        check_against(robust, robot, source="--zmp-error")
+    share = 0.5 if zmp_error else 1.0
     supervisor, sets = standing(scenario, robot)
-    regulator = supervisor.regulator
-    assert regulator is not None
-    directions = []
-    for i, degrees in enumerate(DIRECTIONS):
-        directions.append(_direction(supervisor, sets, math.radians(degrees)))
-        if progress is not None:
-            progress((i + 1) / len(DIRECTIONS))
-    return {
+    exact = _family(supervisor, sets, lambda done: progress and progress(share * done))
+    report: dict[str, Any] = {
         "scenario": scenario.description,
         "robot": robot_facts(robot),
         "dt": sets.pendulum.dt,
-        "regulators": [_regulator(moa) for moa in regulator.bank.sets],
-        "stepping": {
-            "step_times": list(sets.step_times),
-            "max_steps": sets.max_steps,
-            "gain_k": sets.gain_k,
-            "rows": _rows(sets),
-        },
-        "directions": directions,
+        "exact": exact,
         "pushes": [_push(supervisor, sets, push, robot) for push in scenario.pushes],
+        "robust": None,
+        "late": None,
     }
+    if delay:
+        report["late"] = {"delay": delay, "regulators": [_late(moa, samples) for moa in _bank(supervisor).sets]}
+    if zmp_error:
+        firm, firm_sets = standing(robust, robot)
+        family = _family(firm, firm_sets, lambda done: progress and progress(0.5 + 0.5 * done))
+        report["robust"] = {"zmp_error": zmp_error, "left_out": _bank(firm).left_out} | family
+    return report
+
+
+def _family(supervisor: Supervisor, sets: StepSets, progress: Callable[[float], Any]) -> dict[str, Any]:
+    """The sets of the regulators and of the steps, and how hard a push they hold in each direction."""
+    directions = []
+    for i, degrees in enumerate(DIRECTIONS):
+        directions.append(_direction(supervisor, sets, math.radians(degrees)))
+        progress((i + 1) / len(DIRECTIONS))
+    stepping = {
+        "step_times": list(sets.step_times),
+        "max_steps": sets.max_steps,
+        "gain_k": sets.gain_k,
+        "rows": _rows(sets),
+    }
+    regulators = [_regulator(moa) for moa in _bank(supervisor).sets]
+    return {"regulators": regulators, "stepping": stepping, "directions": directions}
+
+
+def _bank(supervisor: Supervisor) -> GainBank:
+    assert supervisor.regulator is not None
+    return supervisor.regulator.bank
+
+
+def _samples(delay: float, dt: float) -> int:
+    """Control periods in a delay [s]."""
+    if not (math.isfinite(delay) and delay >= 0.0 and math.isclose(snap(delay / dt), round(delay / dt))):
+        raise InputError(f"--delay: {delay!r} s must be a whole multiple of the control period, {dt!r} s")
+    return round(delay / dt)
+
+
+def _late(moa: MoaSet, samples: int) -> dict[str, Any]:
+    """Rows and recoverable velocities of a regulator whose ZMP comes late; or why there is no set."""
+    try:
+        late = delayed_set(moa.pendulum, moa.gain, moa.polygon, samples, moa.centre)
+    except (GainError, MoaError) as error:
+        return {"gain": moa.gain.name, "rows": None, "directions": [], "why": str(error)}
+    directions = [
+        {"direction_deg": degrees, "delta_v": recoverable_delta_v(late, math.radians(degrees))}
+        for degrees in DIRECTIONS
+    ]
+    return {"gain": moa.gain.name, "rows": len(late.polytope.a), "directions": directions, "why": None}
 
 
 def standing(scenario: Scenario, robot: Robot) -> tuple[Supervisor, StepSets]:

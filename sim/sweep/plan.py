@@ -38,7 +38,7 @@ _STREAM = 2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Episode:
+class PlannedEpisode:
     """One episode of a suite.
 
     Attributes:
@@ -69,7 +69,7 @@ class Series:
     """
 
     name: str
-    episodes: tuple[Episode, ...]
+    episodes: tuple[PlannedEpisode, ...]
     stop_after: int | None = None
 
 
@@ -81,8 +81,8 @@ def plan(loaded: LoadedSuite) -> list[Series]:
     """
     suite, adaptive = loaded.suite, loaded.suite.adaptive
     check = _checker(loaded)
-    groups: dict[str, list[Episode]] = {}
-    for asked, design in itertools.product(_conditions(loaded), _designs(suite)):
+    groups: dict[str, list[PlannedEpisode]] = {}
+    for asked, design in itertools.product(_conditions(loaded), _designs(loaded)):
         for replica in range(suite.replicas):
             parameters = asked | {"replica": replica} | design
             name = _hash(loaded, parameters)
@@ -95,7 +95,7 @@ def plan(loaded: LoadedSuite) -> list[Series]:
                 series = _hash(loaded, {key: value for key, value in alike.items() if key != "replica"})
             drawn = asked | {"replica": replica}
             seed = _seed(loaded, {key: value for key, value in drawn.items() if key not in _WHO})
-            episode = Episode(name=name, suite=loaded.name, series=series, seed=seed, parameters=parameters)
+            episode = PlannedEpisode(name=name, suite=loaded.name, series=series, seed=seed, parameters=parameters)
             groups.setdefault(series, []).append(episode)
             check(episode)
     names = [episode.name for group in groups.values() for episode in group]
@@ -120,11 +120,34 @@ def suite_hash(loaded: LoadedSuite) -> str:
     return hashlib.sha256(canonical([content, base, dict(loaded.push)])).hexdigest()
 
 
+def robots(loaded: LoadedSuite) -> dict[str, str]:
+    """The robots of a suite: name -> as scenarios name it, which for an own robot is the path of its file.
+
+    Raises:
+        InputError: if one cannot be read, or two are called the same.
+    """
+    suite, found = loaded.suite, dict[str, str]()
+    asked = [*(suite.axes.robot or (loaded.base.robot,))]
+    asked += [changes["robot"] for changes in (suite.variants or {}).values() if "robot" in changes]
+    for full in (robot_beside(loaded.path, name) for name in asked):
+        name = _read(loaded, full).name if full.endswith(".xml") else full
+        if found.setdefault(name, full) != full:
+            raise InputError(f"{loaded.path}: robot: two are called {name!r}; rename one of the files")
+    return found
+
+
+def _called(loaded: LoadedSuite, robot: str) -> str:
+    """What tables call a robot that the suite names."""
+    full = robot_beside(loaded.path, robot)
+    return next(name for name, known in robots(loaded).items() if known == full)
+
+
 def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
     """What is asked of each episode, replicas apart."""
     suite, base, push = loaded.suite, loaded.base, loaded.push
     plain = Push.model_fields
-    always: dict[str, Any] = {"robot": base.robot, "world": base.world}
+    always: dict[str, Any] = {"robot": _called(loaded, base.robot if suite.axes.robot is None else suite.axes.robot[0])}
+    always |= {"world": base.world}
     always |= {name: getattr(base, name).short for name in REGISTRIES}
     always |= {name: getattr(base.disturbance, name) for name in _DISTURBANCE}
     always |= {name: push.get(name, plain[name].default) for name in ("body", "duration", "height")}
@@ -133,6 +156,8 @@ def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
     axes = {
         name: tuple(map(short, values)) if name in REGISTRIES else values for name, values in suite.axes.given().items()
     }
+    if "robot" in axes:
+        axes["robot"] = tuple(_called(loaded, robot) for robot in axes["robot"])
     drawn = {} if suite.random is None else suite.random.given()
     for name in ("direction", "delta_v", "impulse") if suite.train is None else ():
         given = {*axes, *drawn}
@@ -146,14 +171,15 @@ def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
             yield from (chosen | _draw(suite.random, suite.seed, i) for i in range(suite.random.count))
 
 
-def _designs(suite: Suite) -> Iterator[dict[str, Any]]:
+def _designs(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
     """What each variant adds to the parameters: its name, what it replaces of them, and all else that it changes."""
-    if suite.variants is None:
+    if loaded.suite.variants is None:
         yield {}
         return
-    for variant, changes in suite.variants.items():
+    for variant, changes in loaded.suite.variants.items():
         replaced = {name: value for field, value in changes.items() if (name := parameter_of(field)) is not None}
         replaced |= {name: short(replaced[name]) for name in REGISTRIES if name in replaced}
+        replaced |= {"robot": _called(loaded, replaced["robot"])} if "robot" in replaced else {}
         rest = {field: value for field, value in changes.items() if parameter_of(field) is None}
         yield replaced | {"variant": variant, "changes": rest}
 
@@ -169,7 +195,7 @@ def _draw(random: Random, seed: int, number: int) -> dict[str, float]:
     return {name: round(float(stream(seed, number, name).uniform(*span)), DIGITS) for name, span in spans}
 
 
-def scenario_of(loaded: LoadedSuite, episode: Episode) -> Scenario:
+def scenario_of(loaded: LoadedSuite, episode: PlannedEpisode) -> Scenario:
     """The scenario of an episode.
 
     Raises:
@@ -222,21 +248,25 @@ def _within(parameters: Mapping[str, Any]) -> str:
 
 
 def _robot_name(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> str:
-    return robot_beside(loaded.path, parameters["robot"])
+    return robots(loaded)[parameters["robot"]]
 
 
 def _robot(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> Robot:
+    return _read(loaded, _robot_name(loaded, parameters))
+
+
+def _read(loaded: LoadedSuite, robot: str) -> Robot:
     try:
-        return robot_named(_robot_name(loaded, parameters))
+        return robot_named(robot)
     except InputError as error:
         raise InputError(f"{loaded.path}: {error}") from None
 
 
-def _checker(loaded: LoadedSuite) -> Callable[[Episode], None]:
+def _checker(loaded: LoadedSuite) -> Callable[[PlannedEpisode], None]:
     """Checks whether parameters fit together and to their robot, once for each that matters to that."""
     known = set()
 
-    def check(episode: Episode) -> None:
+    def check(episode: PlannedEpisode) -> None:
         key = tuple(bool(value) if name == "height" else value for name, value in _fitting(episode.parameters))
         if key in known:
             return

@@ -8,8 +8,7 @@ from types import TracebackType
 from typing import Self
 
 from rich.console import Console
-from rich.progress import BarColumn, TextColumn
-from rich.progress import Progress as Bar
+from rich.progress import BarColumn, Progress, TextColumn
 
 from sim.sweep.scheduler import Scheduler
 
@@ -17,7 +16,7 @@ from sim.sweep.scheduler import Scheduler
 QUIET = 15.0
 
 
-class Progress:
+class SweepDisplay:
     """Shows a bar on a terminal, else a line now and then, on stderr; a context manager."""
 
     def __init__(self, name: str, *, clock: float = QUIET) -> None:
@@ -29,7 +28,7 @@ class Progress:
         """
         self._console = Console(stderr=True, highlight=False)
         self._name, self._clock = name, clock
-        self._bar = Bar(
+        self._bar = Progress(
             TextColumn(name),
             BarColumn(),
             TextColumn("{task.fields[told]}"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Mapping
 
-from sim.sweep.plan import Episode, Series
+from sim.sweep.plan import PlannedEpisode, Series
 
 _RECOVERED = "recovered"
 
@@ -42,11 +42,11 @@ class Scheduler:
                 self._ready.append(name)
             self.skipped += 0 if self._current(name) is not None else len(one.episodes) - self._at[name]
 
-    def next(self) -> Episode | None:
+    def next(self) -> PlannedEpisode | None:
         """An episode to run now, or None if all that is left waits for another, or nothing is left."""
         return self._current(self._ready.popleft()) if self._ready else None
 
-    def finish(self, episode: Episode, outcome: str) -> None:
+    def finish(self, episode: PlannedEpisode, outcome: str) -> None:
         """An episode has ended."""
         name = episode.series
         self._count(name, outcome)
@@ -60,7 +60,7 @@ class Scheduler:
         self._straight[name] = 0 if outcome == _RECOVERED else self._straight[name] + 1
         self.done += 1
 
-    def _current(self, name: str) -> Episode | None:
+    def _current(self, name: str) -> PlannedEpisode | None:
         one, at = self._series[name], self._at[name]
         ended = one.stop_after is not None and self._straight[name] >= one.stop_after
         return None if ended or at == len(one.episodes) else one.episodes[at]

@@ -13,9 +13,11 @@ from typing import Any
 from controllers.registry import CONTROLLERS
 from models.errors import InputError
 from scenarios.suite_catalogue import LoadedSuite
+from sim.record.places import real_path
 from sim.record.versions import commit, versions
 from sim.results import table as results
-from sim.sweep.plan import suite_hash
+from sim.results.push_size import robot_named
+from sim.sweep.plan import robots, suite_hash
 
 # So many files of one row are made into one file of many: few enough to read, many enough not to rewrite often.
 BUNDLE = 256
@@ -98,13 +100,13 @@ def prepare(loaded: LoadedSuite, folder: Path) -> None:
         known = results.read_sweep(folder)
         if known["suite_hash"] != suite_hash(loaded):
             raise InputError(f"{str(folder)!r} holds {_other(known, loaded)}; choose another folder with --out")
-        for name, now in _appearances(loaded).items():
-            then = known.get("controllers", {}).get(name)
-            if then is not None and then["source"] != now["source"]:
-                raise InputError(
-                    f"{str(folder)!r} holds results of {name!r} as its file was then, and it has changed since; "
-                    "choose another folder with --out"
-                )
+        now = {name: one["source"] for name, one in _appearances(loaded).items()} | _robots(loaded)
+        then = {name: one["source"] for name, one in known.get("controllers", {}).items()} | known.get("robots", {})
+        if changed := [name for name in now if name in then and then[name] != now[name]]:
+            raise InputError(
+                f"{str(folder)!r} holds results of {changed[0]!r} as its file was then, and it has changed since; "
+                "choose another folder with --out"
+            )
         return
     results.write_bytes(loaded.text.encode(), folder / results.SUITE)
     describe(loaded, folder, planned=loaded.suite.episodes, finished=0)
@@ -113,6 +115,11 @@ def prepare(loaded: LoadedSuite, folder: Path) -> None:
 def _appearances(loaded: LoadedSuite) -> dict[str, dict[str, str | None]]:
     """How each controller is shown, in the order of the suite, and the hash of its file."""
     return {name: CONTROLLERS.entry(full).appearance for name, full in loaded.classes("controller").items()}
+
+
+def _robots(loaded: LoadedSuite) -> dict[str, str]:
+    """Hash of each robot, by its name."""
+    return {name: robot_named(full).sha256 for name, full in robots(loaded).items()}
 
 
 def _other(known: Mapping[str, Any], loaded: LoadedSuite) -> str:
@@ -155,8 +162,9 @@ def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) 
         "world": loaded.only,
         "suite_hash": suite_hash(loaded),
         "seed": suite.seed,
+        "rest": loaded.base.judge.rest,
         "controllers": _appearances(loaded),
-        "robot": sorted(suite.axes.robot or (loaded.base.robot,)),
+        "robots": _robots(loaded),
         "versions": begun["versions"],
         "commit": begun["commit"],
         "planned": planned,
@@ -172,6 +180,7 @@ def owned(folder: Path) -> Iterator[None]:
     Raises:
         InputError: if it cannot be written, holds what no sweep writes, or another sweep is at it.
     """
+    real_path(folder, "--out")
     _check_foreign(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -10,14 +10,14 @@ from models.errors import InputError
 from scenarios.suite_catalogue import LoadedSuite
 from sim.sweep.executors import Workers
 from sim.sweep.plan import plan, scenario_of
-from sim.sweep.progress import Progress
+from sim.sweep.progress import SweepDisplay
 from sim.sweep.runner import Runner
 from sim.sweep.scheduler import Scheduler
 from sim.sweep.store import Store, describe, owned, prepare
 from sim.sweep.worker import Job
 
 
-def run_sweep(loaded: LoadedSuite, folder: Path, workers: Workers, *, progress: Progress | None = None) -> None:
+def run_sweep(loaded: LoadedSuite, folder: Path, workers: Workers, *, progress: SweepDisplay | None = None) -> None:
     """Run what a suite's folder lacks.
 
     Args:

@@ -21,11 +21,11 @@ from sim.episode.build import layer_of, make_layer
 from sim.episode.episode import EpisodeResult, run_episode
 from sim.record.motors import MotorUse
 from sim.record.versions import commit, versions
+from sim.results.columns import COLUMNS
 from sim.results.prediction import prediction_columns
 from sim.results.push_size import push_columns, robot_named
-from sim.results.table import COLUMNS
 from sim.results.train import train_columns
-from sim.sweep.plan import Episode
+from sim.sweep.plan import PlannedEpisode
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ _ROUNDING = 1e-9
 class Job:
     """What a worker is sent: an episode and its scenario, as run."""
 
-    episode: Episode
+    episode: PlannedEpisode
     scenario: Scenario
 
 
@@ -54,7 +54,7 @@ def run_job(job: Job) -> dict[str, Any]:
     with _ONE_AT_A_TIME:
         begin = time.perf_counter()
         scenario = job.scenario
-        layer = None if scenario.world == "pendulum" else _layer(scenario)
+        layer = None if layer_of(scenario) is None else _layer(scenario)
         result = run_episode(scenario, robot=robot_named(scenario.robot), layer=layer, polygons=False)
         row = _known(job) | happened(result, train="train" in job.episode.parameters)
         return row | {
@@ -79,20 +79,25 @@ def trace_hash(values: Array, channels: Sequence[str]) -> str:
 def _layer(scenario: Scenario) -> WholeBodyLayer:
     """A whole-body layer, made once for each kind, robot and period."""
     # placo does not give back a solver's memory, 0.8 MB each: a worker must not make one an episode.
-    key = json.dumps([scenario.robot, layer_of(scenario).model_dump(), scenario.timing.control])
+    choice = layer_of(scenario)
+    assert choice is not None
+    key = json.dumps([scenario.robot, choice.model_dump(), scenario.timing.control])
     if key not in _layers:
         if len(_layers) >= LAYERS_KEPT:
             _layers.pop(next(iter(_layers)))
-        _layers[key] = make_layer(scenario, robot_named(scenario.robot))
+        layer = make_layer(scenario, robot_named(scenario.robot))
+        assert layer is not None
+        _layers[key] = layer
     return _layers[key]
 
 
 def makers_of(scenario: Scenario) -> dict[str, str]:
-    """What an episode's bits depend on: versions, and the file of the controller and the layer, if they are files."""
-    found = _versions().copy()
+    """What an episode's bits depend on: versions, the robot, and the controller and the layer if they are files."""
+    robot = robot_named(scenario.robot)
+    found = _versions() | {f"robot {robot.name}": robot.sha256[:12]}
     named = [(CONTROLLERS, scenario.controller.name)]
-    if scenario.world == "humanoid":
-        named.append((LAYERS, layer_of(scenario).name))
+    if (layer := layer_of(scenario)) is not None:
+        named.append((LAYERS, layer.name))
     for registry, name in named:
         entry = registry.entry(name)
         if entry.source is not None:

@@ -1,1 +1,1 @@
-"""The room sim/viz."""
+"""Pictures of one episode: the video with its overlay and captions, and the figure of time series and phase plane."""

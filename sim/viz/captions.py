@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from sim.record.outcome import judge
 from sim.record.palette import COG, DCM, PHASES, PUSH, SUPPORT, ZMP
+from sim.viz.glyphs import drawable, font_file
 from sim.viz.playback import Playback
 
 Frame = NDArray[np.uint8]
 
 _INK, _PAPER, _DIM = (32, 34, 38), (255, 255, 255, 190), (96, 100, 108)
-_SHOWN_AFTER = 2.0  # [s] that the words of a push stay
+_SHOWN_AFTER = 0.5  # [s] that the words of a push stay
+_FELL = "#c02020"
 _LEGEND = (("COG", COG), ("DCM", DCM), ("ZMP", ZMP), ("ZMP command", "ring"), ("support", SUPPORT), ("push", PUSH))
 
 
@@ -27,10 +30,12 @@ class Caption:
     Args:
         playback: what is shown.
         size: (width, height) of a frame [px].
+        explained_once: whether only the first frame has the legend and what is shown, as in a strip of frames.
     """
 
-    def __init__(self, playback: Playback, size: tuple[int, int]) -> None:
+    def __init__(self, playback: Playback, size: tuple[int, int], *, explained_once: bool = False) -> None:
         self._playback = playback
+        self._explained_once, self._frames = explained_once, 0
         self._width, self._height = size
         self._unit = max(9, round(self._height / 36))
         fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
@@ -40,7 +45,8 @@ class Caption:
         self._footer = self._draw_footer()
         self._panel = lru_cache(maxsize=512)(self._draw_panel)
         self._clock = lru_cache(maxsize=16)(self._draw_clock)
-        self._pushed = lru_cache(maxsize=64)(self._draw_push)
+        self._banner = lru_cache(maxsize=64)(self._draw_banner)
+        self._fell_at = judge(playback.trace).time_of_fall
 
     def write(self, frame: Frame, tick: int) -> None:
         """Write the words of a tick onto a frame (height, width, 3), in place."""
@@ -55,13 +61,20 @@ class Caption:
             _inside("tracking set", float(trace["tracking_slack"][tick])),
         )
         _blend(frame, panel, gap, gap + clock[0].shape[0])
-        _blend(frame, self._legend, self._width - self._legend[0].shape[1] - gap, gap)
-        _blend(frame, self._footer, gap, self._height - self._footer[0].shape[0] - gap)
-        words = self._push_words(tick)
-        if words:
-            push = self._pushed(words)
-            below = self._height - self._footer[0].shape[0] - push[0].shape[0] - 2 * gap
-            _blend(frame, push, (self._width - push[0].shape[1]) // 2, below)
+        if not (self._explained_once and self._frames):
+            _blend(frame, self._legend, self._width - self._legend[0].shape[1] - gap, gap)
+            _blend(frame, self._footer, gap, self._height - self._footer[0].shape[0] - gap)
+        self._frames += 1
+        below = self._height - self._footer[0].shape[0] - gap
+        fell = self._fell_at is not None and self._playback.time[tick] >= self._fell_at
+        for words, colour in (
+            (f"fell at {self._fell_at:.2f} s" if fell else "", _FELL),
+            (self._push_words(tick), PUSH),
+        ):
+            if words:
+                banner = self._banner(words, colour)
+                below -= banner[0].shape[0] + gap
+                _blend(frame, banner, (self._width - banner[0].shape[1]) // 2, below)
 
     def _phase_words(self, tick: int) -> str:
         name = self._playback.phase(tick).name.lower()
@@ -93,8 +106,8 @@ class Caption:
             draw.text((self._unit // 2, round(1.9 * self._unit) + i * pitch), words, font=self._font, fill=_INK)
         return _patch(image)
 
-    def _draw_push(self, words: str) -> Patch:
-        image, draw = self._sheet(round(self._bold.getlength(words)) + self._unit, round(1.8 * self._unit), PUSH)
+    def _draw_banner(self, words: str, colour: str) -> Patch:
+        image, draw = self._sheet(round(self._bold.getlength(words)) + self._unit, round(1.8 * self._unit), colour)
         draw.text((self._unit // 2, self._unit // 4), words, font=self._bold, fill=(255, 255, 255))
         return _patch(image)
 
@@ -117,9 +130,11 @@ class Caption:
 
     def _draw_footer(self) -> Patch:
         scenario = self._playback.scenario
-        words = f"{self._playback.trace.metadata['robot']['name']}, {scenario.world}: {scenario.description}"
+        robot = self._playback.trace.metadata["robot"]["name"]
+        words = f"{robot}, {scenario.world}, {scenario.controller.short}: {scenario.description}"
         room = self._width - 2 * self._unit
-        font = self._font
+        words, properties = drawable(words)
+        font = ImageFont.truetype(font_file(properties), self._unit)
         while font.getlength(words) > room and font.size > 0.75 * self._unit:
             font = font.font_variant(size=font.size - 1)
         while font.getlength(words) > room:

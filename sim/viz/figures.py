@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from sim.episode.set_polygons import PLANES, Plane, SetPolygon
 from sim.record.outcome import Outcome, Result, judge
 from sim.record.trace import Trace
+from sim.viz.glyphs import drawable
 from sim.viz.phase_plane import draw_plane
 from sim.viz.playback import Playback
 from sim.viz.time_series import draw_course
@@ -41,9 +42,8 @@ def draw_episode(result: Episode, path: Path) -> None:
 def episode_figure(result: Episode) -> Figure:
     """Draw an episode.
 
-    Left the plane of position and velocity: the regulator's and the tracker's sets and the measured state after
-    each push, as in Fig. 6; a second plane for y if `set_polygons` holds one. Right COG, ZMP, feet and support
-    over time, as in Fig. 7.
+    Left the planes of position and velocity that pushes go along: the regulator's and the steps' sets and the
+    measured state after each of those pushes, as in Fig. 6. Right COG, ZMP, feet and support over time, as in Fig. 7.
 
     Args:
         result: its trace and its sets.
@@ -55,11 +55,12 @@ def episode_figure(result: Episode) -> Figure:
     halves = figure.add_gridspec(
         1, 2, width_ratios=(1.0, 1.45), left=0.055, right=0.985, top=0.85, bottom=0.02, wspace=0.14
     )
-    planes: list[Plane] = [plane for plane in PLANES if _has(result, plane)]
+    pushed = {push.axis for push in playback.pushes if push.end <= playback.time[-1]}
+    planes: list[Plane] = [plane for axis, plane in enumerate(PLANES) if axis in pushed or _has(result, plane)]
     planes = planes or ["x-xdot"]
     cells = halves[0].subgridspec(len(planes), 1, hspace=0.22)
     for row, plane in enumerate(planes):
-        ratios, space = (9.0 / len(planes), 0.9), 0.16 * len(planes)
+        ratios, space = (8.6 / len(planes), 1.3), 0.18 * len(planes)
         cell = cells[row].subgridspec(2, 1, height_ratios=ratios, hspace=space)
         sets = [polygon for polygon in result.set_polygons if polygon.plane == plane]
         axes, legend = figure.add_subplot(cell[0]), figure.add_subplot(cell[1])
@@ -83,8 +84,12 @@ def _title(figure: Figure, playback: Playback, outcome: Outcome) -> None:
     steps = f"{outcome.steps_taken} step{'' if outcome.steps_taken == 1 else 's'}"
     when = "" if outcome.time_of_fall is None else f" at {outcome.time_of_fall:.2f} s"
     verdict = f"{outcome.result.value.replace('_', ' ')}{when}: {outcome.reason.value}; {steps} taken"
-    words = textwrap.shorten(scenario.description, width=140, placeholder=" …")
-    figure.text(0.015, 0.965, words, fontsize=15, weight="bold", va="center")
-    figure.text(0.015, 0.925, setting, fontsize=11, color="#505050", va="center")
+    words, font = drawable(textwrap.shorten(scenario.description, width=140, placeholder=" …"), "bold")
+    font.set_size(15)
+    # What a user wrote is text, whatever dollars are in it.
+    figure.text(0.015, 0.965, words, fontproperties=font, va="center", parse_math=False)
+    setting, font = drawable(setting)
+    font.set_size(11)
+    figure.text(0.015, 0.925, setting, fontproperties=font, color="#505050", va="center", parse_math=False)
     colour = _VERDICT_COLOURS[outcome.result]
     figure.text(0.985, 0.925, verdict, fontsize=13, weight="bold", color=colour, va="center", ha="right")

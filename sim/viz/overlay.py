@@ -22,6 +22,7 @@ _XRAY = 0.4
 _XRAY_SUPPORT = 0.41  # the polygon lies just behind the other marks
 _FADE = 0.3  # [s] that the arrow of a push stays after it: pushes are shorter than an eye needs
 _ARROW_PER_WEIGHT = 0.4  # [m] of arrow for a force of one body weight
+_LEAST_ARROW = 0.16  # [m], so that its tail is out of the trunk
 _PAINT = 0.0006  # [m] above the floor
 _GRID, _GRID_REACH = 0.1, 15  # [m] between lines, and how many there are to each side
 _GRID_LINES = 2 * (2 * _GRID_REACH + 1)
@@ -144,7 +145,8 @@ class Overlay:
         force = play.force[pushed]
         alpha = 1.0 - max(0.0, (now - active.end) / _FADE)
         tip = play.force_point[pushed] + play.cog[tick] - play.cog[pushed]
-        tail = tip - force * (_ARROW_PER_WEIGHT / play.weight)
+        length = float(np.linalg.norm(force)) * _ARROW_PER_WEIGHT / play.weight
+        tail = tip - force / np.linalg.norm(force) * max(length, _LEAST_ARROW)
         arrow = self._add(Geom.mjGEOM_ARROW, [1, 1, 1], tip, _rgba(PUSH, alpha))
         mujoco.mjv_connector(arrow, Geom.mjGEOM_ARROW, 0.011 * _XRAY, self._near(tail), self._near(tip))
         arrow.emission = 0.3

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 _COLOURS = {"regulator": REGULATOR, "tracking": TRACKER}
 _LINES = ("-", "--", ":")
 _SAME = 1e-3  # [m], [m/s] below which two polygons cannot be told apart in the picture
+_CUT = 1e-6  # of a set's size, by which an edge along an axis may be off
 _LABEL_ROOM = 16.0  # [px] that the number of a push needs to itself
 _PLACES = ((8, 6), (-16, 6), (8, -15), (-16, -15), (20, 6), (-28, 6), (20, -15), (-28, -15))  # [px]
 
@@ -36,7 +37,8 @@ def draw_plane(axes: Axes, legend: Axes, playback: Playback, sets: Sequence[SetP
     velocity = playback.trace[f"cog_v{name}"]
     drawn = [polygon for polygon in sets if len(polygon.vertices) >= 3]
     _draw_sets(axes, drawn)
-    after = [(push.number, playback.tick(push.end)) for push in playback.pushes if push.end <= playback.time[-1]]
+    own = [push for push in playback.pushes if push.axis == axis and push.end <= playback.time[-1]]
+    after = [(push.number, playback.tick(push.end)) for push in own]
     ticks = [tick for _, tick in after]
     axes.plot(position, velocity, color="#909090", linewidth=0.7, zorder=2, label="path of the state")
     if ticks:
@@ -58,13 +60,27 @@ def draw_plane(axes: Axes, legend: Axes, playback: Playback, sets: Sequence[SetP
     axes.set_ylabel(rf"COG velocity $\dot{{{name}}}$ [m/s]", fontsize=11)
     title = "Maximal output admissible sets and the states after the pushes" if drawn else "States after the pushes"
     axes.set_title(title, fontsize=12, loc="left")
-    if not drawn:
-        axes.text(0.02, 0.02, "no set was computed in this episode", transform=axes.transAxes, color="#606060")
+    words = (
+        "each set is that of the stance at the end of its push; after a step others hold"
+        if drawn
+        else "no set was computed in this plane"
+    )
     axes.grid(color="#e4e4e4", linewidth=0.8)
     axes.set_axisbelow(True)
     handles, labels = axes.get_legend_handles_labels()
     legend.axis("off")
-    legend.legend(handles, labels, loc="center", ncol=2, fontsize=9, columnspacing=1.2, frameon=False)
+    shown = legend.legend(
+        handles,
+        labels,
+        loc="center",
+        ncol=2,
+        fontsize=9,
+        columnspacing=1.2,
+        labelspacing=0.3,
+        frameon=False,
+        title=words,
+    )
+    shown.get_title().set(fontsize=9, color="#606060")
 
 
 def _draw_sets(axes: Axes, sets: Sequence[SetPolygon]) -> None:
@@ -77,12 +93,31 @@ def _draw_sets(axes: Axes, sets: Sequence[SetPolygon]) -> None:
             axes.fill(
                 *shown.vertices.T, color=colour, alpha=0.22 if shown.push == last else 0.08, linewidth=0, zorder=1
             )
-            outline = np.vstack([shown.vertices, shown.vertices[:1]])
+            cut = _cut_edges(shown.vertices)
             pushes = _ranges([polygon.push for polygon in group])
             when = "after each push" if many else f"after push {pushes}"
             label = f"{name} set {when} ({_kind(shown)})" if not many or i == 0 else None
             style = _LINES[0] if many else _LINES[i]
-            axes.plot(*outline.T, color=colour, linestyle=style, linewidth=1.5, zorder=3, label=label)
+            _draw_outline(axes, shown.vertices, cut, colour, style, label)
+    if any(_cut_edges(polygon.vertices).any() for polygon in sets):
+        axes.plot([], [], color="#909090", linestyle=(0, (1, 2)), linewidth=1.5, label="cut off where the legs end")
+
+
+def _draw_outline(axes: Axes, corners: Array, cut: Array, colour: str, style: str, label: str | None) -> None:
+    """The edges of a polygon (n, 2); those that only the picture has are grey and dotted."""
+    for i, (start, end) in enumerate(zip(corners, np.roll(corners, -1, axis=0), strict=True)):
+        look = {"color": "#909090", "linestyle": (0, (1, 2))} if cut[i] else {"color": colour, "linestyle": style}
+        axes.plot(*np.array([start, end]).T, linewidth=1.5, zorder=3, **look)
+    axes.plot([], [], color=colour, linestyle=style, linewidth=1.5, label=label)
+
+
+def _cut_edges(corners: Array) -> Array:
+    """(n,) which edges of a polygon (n, 2) lie along an axis at its rim: there it was cut to what the legs reach."""
+    following = np.roll(corners, -1, axis=0)
+    level = np.abs(following - corners) < _CUT * np.ptp(corners, axis=0)
+    at_rim = np.minimum(np.abs(corners - corners.min(axis=0)), np.abs(corners - corners.max(axis=0)))
+    edges: Array = (level & (at_rim < _CUT * np.ptp(corners, axis=0))).any(axis=1)
+    return edges
 
 
 def _alike(sets: list[SetPolygon]) -> list[list[SetPolygon]]:

@@ -22,9 +22,10 @@ _LOADED = 0.01
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PushMark:
-    """A push of the scenario: its number from 1, when [s], and its size [N s], [m/s]."""
+    """A push of the scenario: its number from 1, when [s], its size [N s], [m/s], and the axis it goes along most."""
 
     number: int
+    axis: int
     start: float
     end: float
     impulse: float
@@ -114,8 +115,9 @@ class Playback:
 
     def _marks(self) -> Iterator[PushMark]:
         for number, push in enumerate(self.scenario.pushes, start=1):
-            impulse = float(np.linalg.norm(push.impulse_vector(self.mass)))
-            yield PushMark(number=number, start=push.start, end=push.end, impulse=impulse, delta_v=impulse / self.mass)
+            impulse, (x, y, _) = float(np.linalg.norm(push.impulse_vector(self.mass))), np.abs(push.unit)
+            size = {"impulse": impulse, "delta_v": impulse / self.mass}
+            yield PushMark(number=number, axis=0 if x >= y else 1, start=push.start, end=push.end, **size)
 
 
 def _columns(trace: Trace, pattern: str, names: str | tuple[str, ...]) -> Array:

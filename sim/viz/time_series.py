@@ -17,6 +17,7 @@ from models.arena import SIDES
 from sim.record.outcome import Outcome
 from sim.record.palette import COG, FEET, PHASES, PUSH, SUPPORT, ZMP, ZMP_COMMAND
 from sim.viz.playback import Playback
+from sim.viz.time_scale import NARROWER, TimeScale, time_scale
 
 _FOOT_LINES: dict[str, Literal["-", "--"]] = {"left": "-", "right": "--"}
 _WIDE_LABEL, _WIDE_NAME = 0.13, 0.11  # of the time axis, that a push's and a controller's words need
@@ -35,49 +36,53 @@ def draw_course(figure: Figure, place: SubplotSpec, playback: Playback, outcome:
     rows = halves[0].subgridspec(3, 1, height_ratios=(0.35, 4, 4), hspace=0.13)
     strip = figure.add_subplot(rows[0])
     panels = [figure.add_subplot(rows[1], sharex=strip), figure.add_subplot(rows[2], sharex=strip)]
-    start, end = float(playback.time[0]), float(playback.time[-1])
-    strip.set_xlim(start, max(end, start + 1e-3))
-    _draw_phases(strip, playback)
-    _name_pushes(strip, playback)
+    scale = time_scale(playback)
+    scale.apply(strip)
+    _draw_phases(strip, playback, scale)
+    _name_pushes(strip, playback, scale)
     for axis, panel in enumerate(panels):
+        scale.shade(panel)
         _draw_axis(panel, playback, axis)
         for push in playback.pushes:
             panel.axvspan(push.start, push.end, color=PUSH, alpha=0.35, linewidth=0, zorder=1)
         if outcome.time_of_fall is not None:
             panel.axvline(outcome.time_of_fall, color="black", linestyle=":", linewidth=1.5, zorder=6)
     panels[0].tick_params(labelbottom=False)
-    panels[1].set_xlabel("time [s]", fontsize=11)
+    narrow = f" (shaded: quiet, drawn {NARROWER:g} times narrower)" if scale.quiet else ""
+    panels[1].set_xlabel(f"time [s]{narrow}", fontsize=11)
     legend = figure.add_subplot(halves[1])
     legend.axis("off")
     legend.legend(handles=_keys(playback, outcome), loc="center", ncol=5, fontsize=9.5, frameon=False)
 
 
-def _draw_phases(strip: Axes, playback: Playback) -> None:
-    length = float(playback.time[-1] - playback.time[0])
+def _draw_phases(strip: Axes, playback: Playback, scale: TimeScale) -> None:
     for start, end, phase in playback.phases():
         strip.axvspan(start, end, color=PHASES[phase], linewidth=0)
-        if end - start > _WIDE_NAME * length:
-            middle = (start + end) / 2
+        if scale.share(start, end) > _WIDE_NAME:
+            middle = scale.middle(start, end)
             strip.text(middle, 0.5, phase.name.lower(), color="white", ha="center", va="center", weight="bold")
     strip.set_yticks([])
     strip.tick_params(labelbottom=False, bottom=False)
     strip.set_ylabel("phase", rotation=0, ha="right", va="center", fontsize=10)
 
 
-def _name_pushes(strip: Axes, playback: Playback) -> None:
-    starts = [push.start for push in playback.pushes]
-    room = float(playback.time[-1] - playback.time[0]) * _WIDE_LABEL
-    short = any(later - earlier < room for earlier, later in pairwise(starts))
+def _name_pushes(strip: Axes, playback: Playback, scale: TimeScale) -> None:
+    starts = [push.start for push in playback.pushes if push.start <= playback.time[-1]]
+    short = any(scale.share(earlier, later) < _WIDE_LABEL for earlier, later in pairwise(starts))
+    first, last = float(playback.time[0]), float(playback.time[-1])
     for push in playback.pushes:
         if push.start > playback.time[-1]:
             continue
         words = f"{push.number}" if short else f"push {push.number}\n{push.impulse:.2f} N s, {push.delta_v:.2f} m/s"
+        # At an end of the axis the words begin or end there, for beyond it is nothing of the picture.
+        middle = (push.start + min(push.end, last)) / 2
+        left, right = scale.share(first, middle) < _WIDE_LABEL / 2, scale.share(middle, last) < _WIDE_LABEL / 2
         strip.annotate(
             words,
-            ((push.start + push.end) / 2, 1.0),
+            (first if left and not short else last if right and not short else middle, 1.0),
             xytext=(0, 4),
             textcoords="offset points",
-            ha="center",
+            ha="center" if short or not (left or right) else "left" if left else "right",
             va="bottom",
             color=PUSH,
             weight="bold",

@@ -26,6 +26,7 @@ from scipy.ndimage import gaussian_filter1d
 from models.arena import CAMERAS, FLOOR, build_arena
 from models.errors import InputError
 from models.robot import FREE_JOINT, robot_path
+from sim.record.outcome import judge
 from sim.record.trace import Trace
 from sim.viz.captions import Caption
 from sim.viz.overlay import Overlay
@@ -40,6 +41,8 @@ Frame = NDArray[np.uint8]
 SIZES = (160, 3840)  # [px] smallest and largest side of a frame
 _FOLLOW = 0.3  # [s] over which the camera averages the way of the COG
 _MAX_GEOMS = 1000
+HOLD = 1.0
+"""How long the last frame of a fall stays in the video of a run [s]."""
 _IN_WORK = 4  # frames that may wait for words and ffmpeg while the next is drawn
 _FLOOR_COLOUR, _FLOOR_SIZE = (0.74, 0.755, 0.77, 1.0), (40.0, 40.0, 40.0)
 
@@ -74,6 +77,9 @@ def render_episode(
     size: tuple[int, int] = (640, 480),
     fps: float = 60.0,
     slow: float = 1.0,
+    span: tuple[float, float] = (0.0, math.inf),
+    hold: float = 0.0,
+    explained_once: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Film an episode into an mp4 file; the file appears only when it is complete.
@@ -85,6 +91,9 @@ def render_episode(
         size: (width, height) [px], both even.
         fps: frames a second.
         slow: 2 shows everything at half speed.
+        span: which part of the episode, from when to when [s].
+        hold: how long the last frame of a fall stays [s].
+        explained_once: whether only the first frame has the legend.
         progress: called now and then with the fraction that is done.
 
     Raises:
@@ -93,8 +102,14 @@ def render_episode(
     """
     _check(camera, size, fps, slow)
     playback = Playback(trace)
-    ticks = list(_ticks(playback, fps * slow))
-    caption = Caption(playback, size)
+    first, last = span
+    ticks = [tick for tick in _ticks(playback, fps * slow) if first <= playback.time[tick] <= last]
+    if not ticks:
+        raise InputError(f"no frame lies between {first:g} s and {last:g} s at {fps:g} frames a second")
+    if hold and judge(trace).time_of_fall is not None and last >= playback.time[-1]:
+        # A fall ends the episode: without a moment more nobody could read how.
+        ticks += [len(trace) - 1] * round(hold * fps)
+    caption = Caption(playback, size, explained_once=explained_once)
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     partial = path.with_name(f".{path.stem}.partial.mp4")
     # The encoder shares two cores with the drawing: a slower preset halves the file and loses real time.

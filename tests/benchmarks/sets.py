@@ -13,7 +13,7 @@ from controllers.admissible.tracking_sets import tracking_sets
 from controllers.baselines.paper import STRIDE
 from controllers.gains import dcm, lqr
 from controllers.geometry.support_polygon import support_polygon
-from controllers.nstep.foothold import choose
+from controllers.nstep.foothold import choose_foothold
 from controllers.nstep.step_limits import StepLimits
 from controllers.nstep.step_sets import step_sets
 from controllers.pendulum import Pendulum
@@ -128,15 +128,9 @@ class Bench:
         self.row(f"{name}: all tables", rows, ours, "", "the same with a ZMP error", noisy)
         ours = best_of(lambda: sets.slacks(middle, "right", 0.1, swing, 0.15), batch=500)
         self.row(f"{name}: one state", rows, ours, "≤ 15 µs", "polygon by polygon", best_of(each_polygon, batch=20))
-        phases = round(0.15 / pendulum.dt) + 1
-        ours = best_of(lambda: sets.slack_all_phases(middle, "right", swing, 0.15), batch=200)
-        plain = best_of(
-            lambda: [sets.slacks(middle, "right", k * pendulum.dt, swing, 0.15) for k in range(phases)], repeats=5
-        )
-        self.row(f"{name}: all {phases} phases", rows, ours, "≤ 60 µs", "one phase after another", plain)
         for steps in (1, 2, 8):
             question = (sets, middle, "right", 0.1, swing, 0.15, steps, toward, 0.01)
-            ours = best_of(lambda q=question: choose(*q), batch=200)
+            ours = best_of(lambda q=question: choose_foothold(*q), batch=200)
             peer = best_of(lambda n=steps: best_by_program(sets, (n, "right", 50, swing, 0.15), middle), repeats=20)
             self.row(f"foothold and ZMP, {steps} to do", rows, ours, "≤ 60 µs", "HiGHS, all steps at once", peer)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from scenarios.suite_catalogue import load_suite
 from sim.sweep.executors import local
-from sim.sweep.progress import Progress
+from sim.sweep.progress import SweepDisplay
 from sim.sweep.scheduler import Scheduler
 from sim.sweep.sweep import run_sweep
 from tests.benchmarks.timing import show, table
@@ -29,7 +29,7 @@ pose = 0.002
 """
 
 
-class Watch(Progress):
+class Watch(SweepDisplay):
     """Notes when each episode has ended, and shows nothing."""
 
     def __init__(self) -> None:

@@ -70,7 +70,7 @@ EXTRAS: tuple[dict[str, Any], ...] = (
     {"adaptive": {"stop_after": 2, "each_replica": True}},
     {"first": {"size": 1.2, "gap": 0.1, "duration": 0.1, "direction": [0.0, 360.0]}},
     {"variants": {"a": {}, "b": {"stepping.replan": False, "gain.k": 2.0}}},
-    {"scenario": {"controller": "regulator", "gain": {"kind": "dcm", "k": 2.0}, "timing": {"control": 0.005}}},
+    {"scenario": {"controller": "regulator", "gain": {"kind": "dcm", "k": 2.0}, "timing": {"control": 0.004}}},
     {"scenario": {"pushes": [PUSH | {"point": [0.0, 0.0, 0.01]}]}},
     {"random": {"count": 5, "direction": [0, 90], "delta_v": [0.1, 0.2]}, "axes": {"world": ["pendulum"]}},
     {

@@ -56,11 +56,11 @@ WRONG = {
         "the joint 'left_elbow' has no range",
     ),
     "short keyframe": (
-        replaced((" -0.654134099 0\"/>", " -0.654134099\"/>")),
+        replaced((' -0.654134099 0"/>', ' -0.654134099"/>')),
         "'stand' has 26 numbers in qpos; it must have 27",
     ),
     "keyframe of no numbers": (
-        replaced((" -0.654134099 0\"/>", " -0.654134099 nan\"/>")),
+        replaced((' -0.654134099 0"/>', ' -0.654134099 nan"/>')),
         "the keyframe 'stand' is not finite",
     ),
     "keyframe out of range": (replaced(("0.15 0.2 0 -0.5", "0.15 0.2 0 0.5")), "the joint 'left_elbow' is outside of"),

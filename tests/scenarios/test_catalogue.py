@@ -73,6 +73,7 @@ def test_defaults_are_those_of_the_format(tmp_path: Path) -> None:
             "step_times": [0.12, 0.15, 0.18],
             "max_steps": 8,
             "zmp_margin": 0.008,
+            "zmp_error": 0.0,
             "max_stride": 0.28,
             "swing_height": 0.025,
             "replan": True,
@@ -81,6 +82,7 @@ def test_defaults_are_those_of_the_format(tmp_path: Path) -> None:
         },
         "variation": {"pose": 0.002},
         "disturbance": {"mass_scale": 1.0, "delay": 0.0, "noise_position": 0.0, "noise_velocity": 0.0},
+        "judge": {"rest": "still"},
         "pushes": [
             {
                 "start": 3.0,
@@ -317,3 +319,9 @@ def test_what_the_robot_cannot_do_is_told_in_one_line(what: str, tmp_path: Path,
     assert line.startswith("mine.toml: ")
     for word in words:
         assert word in line
+
+
+def test_minus_zero_is_zero(tmp_path: Path) -> None:
+    scenario = load(written(tmp_path, "[variation]\npose = -0.0\n[disturbance]\nnoise_velocity = -0.0\n"))
+    assert math.copysign(1.0, scenario.variation.pose) == 1.0
+    assert math.copysign(1.0, scenario.disturbance.noise_velocity) == 1.0

@@ -6,7 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from controllers import gains
 from controllers.admissible.certificate import certify, plane_area
+from controllers.admissible.gilbert_tan import NotDeterminedError
 from controllers.admissible.moa import MoaSet, regulator_set
 from controllers.admissible.robust import ZmpError
 from controllers.admissible.tracking_sets import tracking_sets
@@ -16,7 +18,7 @@ from tests.controllers.stances import GAINS, PENDULUM, STANCES, walk
 
 
 @pytest.mark.parametrize("gain", GAINS)
-@pytest.mark.parametrize("error", [None, ZmpError.disc(0.002)])
+@pytest.mark.parametrize("error", [None, ZmpError.box(0.002)])
 def test_regulator_sets_certify_themselves(gain: str, error: ZmpError | None) -> None:
     moa = regulator_set(PENDULUM, GAINS[gain], STANCES["yawed"], error=error)
     certificate = certify(moa, planes=())
@@ -105,3 +107,30 @@ def test_a_box_has_equal_slices_and_projections_and_a_hexagon_has_not() -> None:
     for area in box:
         assert area.slice == pytest.approx(area.projection, rel=1e-6)
     assert hexagon[0].projection > 1.2 * hexagon[0].slice
+
+
+@pytest.mark.parametrize("poles", [(-0.05, -0.05), (-0.2, -0.3)])
+def test_sets_of_thousands_of_rows_are_certified(poles: tuple[float, float]) -> None:
+    moa = regulator_set(PENDULUM, gains.poles(PENDULUM, poles), STANCES["box"])
+    assert len(moa.a) > 3_000
+    certificate = certify(moa)
+    assert certificate.holds
+    # All rows but the last few are there literally, a sample earlier.
+    assert certificate.programs < 50
+    # The axes are apart, so the shadow is the slice.
+    area = certificate.areas[0]
+    assert area.projection == pytest.approx(area.slice, rel=1e-9)
+
+
+def test_a_set_that_needs_too_many_rows_in_4_d_is_refused_by_name() -> None:
+    slow, quick = gains.poles(PENDULUM, (-0.05, -0.06)).F, gains.lqr(PENDULUM, (1.0, 1.0), 1.0).F
+    mixed = gains.Gain(F=np.vstack((slow[0], quick[1])), name="slow ahead")
+    with pytest.raises(NotDeterminedError, match=r"slow ahead.*more than .* constraints of 4 coordinates"):
+        regulator_set(PENDULUM, mixed, STANCES["hexagon"])
+
+
+def test_no_state_is_in_no_set_and_said_so() -> None:
+    moa = regulator_set(PENDULUM, GAINS["lqr"], STANCES["box"])
+    assert not moa.contains([0.0, np.nan, 0.0, 0.0])
+    for x in ([0.0, np.nan, 0.0, 0.0], [np.inf, 0.0, 0.0, 0.0]):
+        assert moa.explain(x) == "the state is not finite, and in no set"

@@ -53,7 +53,7 @@ def test_member_if_and_only_if_the_late_loop_keeps_the_zmp_inside(gain: str, del
 
 @pytest.mark.parametrize("gain", LAWS)
 def test_extremal_errors_are_withstood_to_the_last(gain: str) -> None:
-    delay, W = 2, ZmpError.disc(0.003)
+    delay, W = 2, ZmpError.box(0.003)
     at = delayed_set(PENDULUM, LAWS[gain], STANCES["hexagon"], delay, error=W)
     loop, drive = delayed_loop(PENDULUM, LAWS[gain], delay)
     z = np.random.default_rng(1).normal(size=(40, 4 + 2 * delay)) * np.concatenate((SPREAD, [0.003] * 2 * delay))
@@ -67,7 +67,7 @@ def test_extremal_errors_are_withstood_to_the_last(gain: str) -> None:
             for _ in range(at.sample[row]):
                 response.append(seen @ drive)
                 seen = seen @ loop
-            worst = W.worst(np.array([*response[::-1], normal]))
+            worst = np.sign([*response[::-1], normal]) * W.half_widths
             late = (at.centre + scaled[4:].reshape(delay, 2))[None]
             kept = least_slack(at, (at.x_C + scaled[:4])[None], late, worst)[0] >= 0.0
             assert kept == (factor < 1.0)

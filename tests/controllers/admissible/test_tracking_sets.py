@@ -12,7 +12,6 @@ from controllers.admissible.tracking_sets import TrackingMismatchError, Tracking
 from controllers.gains import Gain, UnstableGainError, dcm
 from controllers.geometry.linear_program import LinearProgram
 from controllers.pendulum import Pendulum
-from controllers.reference.reference import Reference
 from tests.controllers.stances import GAINS, PENDULUM, reach_along, walk
 
 WALK = walk()
@@ -256,23 +255,6 @@ def test_explain_agrees_with_the_simulation(all_sets: dict[str, TrackingSets]) -
                 i = int(np.flatnonzero(history < 0.0)[0])
                 when = f"{i * PENDULUM.dt:.2f} s from now (" if i else "now ("
                 assert f"edge {when}{-1e3 * history[i]:.1f} mm beyond)" in sets.explain(k, state)
-
-
-def test_an_inadmissible_reference_lies_outside_its_own_sets() -> None:
-    # 5 mm beyond the front edge for one tick in double support.
-    mu = WALK.mu.copy()
-    mu[10, 0] = WALK.supports[0].vertices[:, 0].max() + 0.005
-    start = np.linalg.solve(PENDULUM.A, WALK.xi[11] - PENDULUM.B @ mu[10])
-    for zmp in mu[9::-1]:
-        start = np.linalg.solve(PENDULUM.A, start - PENDULUM.B @ zmp)
-    bad = Reference(
-        pendulum=PENDULUM, xi=PENDULUM.rollout(start, mu), mu=mu, supports=WALK.supports,
-        support_of=WALK.support_of, final=WALK.final, admissible=False,
-    )  # fmt: skip
-    for name in ("lqr", "dcm"):
-        sets = tracking_sets(PENDULUM, GAINS[name], bad, terminal(GAINS[name]))
-        assert sets.slack(0, bad.xi[0]) == pytest.approx(-0.005, abs=1e-9)
-        assert sets.slack(11, bad.xi[11]) > 0.0
 
 
 def test_pieces_that_do_not_belong_together_are_refused() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from controllers.geometry.linear_program import LinearProgram
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
 from controllers.nstep.box import box_corners
+from controllers.nstep.foothold import choose_foothold
 from controllers.nstep.step_limits import StepLimits
 from controllers.nstep.step_sets import StepSets
 from controllers.pendulum import Pendulum
@@ -66,8 +67,16 @@ def recovers(
     for left in range(steps, 0, -1):
         toward = np.array([0.0, LIMITS.stance_width if stance == "right" else -LIMITS.stance_width])
         for k in range(ticks, 0, -1):
-            choice = sets.foothold(
-                PENDULUM.dcm(x) - place, stance, k * PENDULUM.dt, swing, step_time, left, toward=toward, margin=margin
+            choice = choose_foothold(
+                sets,
+                PENDULUM.dcm(x) - place,
+                stance,
+                k * PENDULUM.dt,
+                swing,
+                step_time,
+                left,
+                toward=toward,
+                margin=margin,
             )
             assert sets.tables.usable.slack(choice.zmp) >= -1e-12
             zmp = choice.zmp + (0.0 if errors is None else errors())

@@ -107,3 +107,25 @@ def test_no_state_has_no_certificate() -> None:
         certify_steps(SETS["rectangle"], np.array([math.nan, 0.0]), "right", 0.1, SWING, 0.15, 1)
     with pytest.raises(InputError, match="steps"):
         certify_steps(SETS["rectangle"], np.zeros(2), "right", 0.1, SWING, 0.15, 9)
+
+
+SHAPES = {
+    "rectangle": [[-0.05, -0.03], [0.05, -0.03], [0.05, 0.03], [-0.05, 0.03]],
+    "triangle": [[-0.05, -0.035], [0.06, 0.0], [-0.05, 0.035]],
+    "kite": [[-0.05, 0.0], [0.0, -0.035], [0.06, 0.0], [0.0, 0.035]],
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_outsiders_are_certified_on_any_convex_sole_with_an_error_of_the_zmp(shape: str) -> None:
+    sole, limits = np.array(SHAPES[shape]), LIMITS
+    sets = step_sets(PENDULUM, 1.5, sole, limits, (0.15, 0.2), 3, zmp_error=0.002)
+    rng, outside = np.random.default_rng(0), 0
+    for _ in range(40):
+        ticks, steps = int(rng.integers(0, round(0.15 / PENDULUM.dt))), int(rng.integers(1, 4))
+        swing = np.array([0.0, -limits.stance_width])
+        asked = rng.uniform(-0.2, 0.2, 2), "left", ticks * PENDULUM.dt, swing, 0.15, steps
+        certificate = certify_steps(sets, *asked)
+        outside += not certificate.member
+        assert certificate.holds(sets)
+    assert 10 <= outside <= 35

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from controllers.nstep.foothold import choose_foothold
 from controllers.nstep.step_sets import StepSets
 from models.robot import Side
 from tests.controllers.nstep.stepping_plane import PENDULUM, draw, rim
@@ -22,7 +23,7 @@ def test_foothold_is_the_one_nearest_to_the_wanted_with_the_slack_asked_for(sets
         margin, left = float(rng.choice([0.0, 0.005, 0.01])), ticks * PENDULUM.dt
         dcm = rim(sets, (steps, stance, left, swing, time), rng, float(rng.choice([-0.01, 1e-4, 0.015])))
         toward = rng.uniform(-0.2, 0.2, 2)
-        choice = sets.foothold(dcm, stance, left, swing, time, steps, toward=toward, margin=margin)
+        choice = choose_foothold(sets, dcm, stance, left, swing, time, steps, toward=toward, margin=margin)
         last, more = sets.boxes(stance, ticks, swing, time)
         low, high = np.array(last if steps == 1 else more)
         assert (choice.position >= low).all()
@@ -62,7 +63,9 @@ def test_any_state_however_far_out_has_a_foothold_within_reach() -> None:
         steps, stance, ticks, _, time = draw(sets, rng)
         swing, dcm, toward = (rng.normal(size=2) * rng.choice([0.0, 0.01, 0.1, 1.0, 50.0]) for _ in range(3))
         margin = float(rng.choice([0.0, 0.01, 1.0]))
-        choice = sets.foothold(dcm, stance, ticks * PENDULUM.dt, swing, time, steps, toward=toward, margin=margin)
+        choice = choose_foothold(
+            sets, dcm, stance, ticks * PENDULUM.dt, swing, time, steps, toward=toward, margin=margin
+        )
         low, high = sets.boxes(stance, ticks, swing, time)[0 if steps == 1 else 1]
         assert (choice.position >= low).all()
         assert (choice.position <= high).all()
@@ -70,10 +73,6 @@ def test_any_state_however_far_out_has_a_foothold_within_reach() -> None:
         slack = float(sets.slacks(dcm, stance, ticks * PENDULUM.dt, swing, time)[steps - 1])
         if sets.error.w_bar == 0.0 and abs(slack) > 1e-7:
             assert (choice.slack > 0.0) == (slack > 0.0)
-        every_phase = sets.slack_all_phases(dcm, stance, swing, time)
-        assert every_phase[min(ticks, len(every_phase) - 1), steps - 1] == pytest.approx(
-            sets.slacks(dcm, stance, min(ticks, len(every_phase) - 1) * PENDULUM.dt, swing, time)[steps - 1], abs=1e-9
-        )
 
 
 def test_a_solver_that_gives_up_is_stood_in_for(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,7 +82,7 @@ def test_a_solver_that_gives_up_is_stood_in_for(monkeypatch: pytest.MonkeyPatch)
         left = ticks * PENDULUM.dt
         asked.append((rim(NOMINAL, (steps, stance, left, swing, time), rng, 1e-4), stance, left, swing, time, steps))
     options = {"toward": np.array([0.0, 0.08]), "margin": 0.05}
-    slacks = [NOMINAL.foothold(*question, **options).slack for question in asked]
+    slacks = [choose_foothold(NOMINAL, *question, **options).slack for question in asked]
     monkeypatch.setattr("controllers.nstep.foothold.daqp.solve", lambda *_, **__: (np.full(5, 1e3), 0.0, -1, {}))
     for question, slack in zip(asked, slacks, strict=True):
-        assert NOMINAL.foothold(*question, **options).slack == pytest.approx(slack, abs=SOLVER)
+        assert choose_foothold(NOMINAL, *question, **options).slack == pytest.approx(slack, abs=SOLVER)

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from controllers.nstep.foothold import choose_foothold
 from controllers.nstep.step_sets import step_sets
 from models.robot import other
 from tests.controllers.nstep.stepping_plane import (
@@ -74,7 +75,9 @@ def test_steps_decided_at_their_lift_off_recover_from_every_member_for_feet_with
         x = np.zeros(4)
         x[1::2] = PENDULUM.omega * rim(sets, (steps, stance, time, swing, time), rng, 1e-6)
         for left in range(steps, 0, -1):
-            step = sets.foothold(PENDULUM.dcm(x) - place, stance, time, swing, time, left, toward=swing, margin=0.0)
+            step = choose_foothold(
+                sets, PENDULUM.dcm(x) - place, stance, time, swing, time, left, toward=swing, margin=0.0
+            )
             # A quarter of a T^2: half of the time it speeds up, half of it brakes.
             way = np.abs(step.position - swing).max() / (0.25 * most * time**2)
             assert way <= 1.0 + SOLVER

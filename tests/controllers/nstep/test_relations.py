@@ -28,7 +28,7 @@ TIME = 0.15
 REST = 4.0
 
 
-@pytest.mark.parametrize("error", [None, ZmpError.box(0.002), ZmpError.disc(0.001)])
+@pytest.mark.parametrize("error", [None, ZmpError.box(0.002), ZmpError.box(0.001, 0.0005)])
 @pytest.mark.parametrize(("gain_k", "regulator_k"), [(1.5, 1.5), (1.2, 2.0), (3.0, 1.3)])
 def test_sets_of_one_reference_are_its_tracking_sets(gain_k: float, regulator_k: float, error: ZmpError | None) -> None:
     reference = walk()

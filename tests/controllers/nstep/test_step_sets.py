@@ -13,6 +13,7 @@ from controllers.admissible.robust import EmptySetError
 from controllers.geometry.planar import edge_lengths, supports
 from controllers.geometry.polytope import Polytope
 from controllers.nstep.box import within
+from controllers.nstep.foothold import choose_foothold
 from controllers.nstep.step_sets import StepSets, step_sets
 from controllers.reference.reference_program import PlanningError
 from models.errors import InputError
@@ -48,16 +49,11 @@ def test_slack_is_the_distance_to_the_nearest_edge_line_of_the_polygon(sets: Ste
             assert (slack >= 0.0) == (least >= 0.0)
             if least >= 0.0:
                 assert slack == pytest.approx(least, abs=1e-12)
-        every = sets.slack_all_phases(dcm, stance, where, time)
-        assert every.shape == (round(time / PENDULUM.dt) + 1, sets.max_steps)
-        if ticks < len(every):
-            np.testing.assert_allclose(every[ticks], slacks, rtol=0, atol=1e-12)
 
 
 def test_slacks_of_no_state_are_no_numbers() -> None:
     for dcm in ([math.nan, 0.0], [0.0, math.nan]):
         assert np.isnan(NOMINAL.slacks(np.array(dcm), "left", 0.1, SWING["left"], 0.15)).all()
-        assert np.isnan(NOMINAL.slack_all_phases(np.array(dcm), "left", SWING["left"], 0.15)).all()
 
 
 @pytest.mark.parametrize("sets", [NOMINAL, ROBUST, SETS["octagon"]])
@@ -164,7 +160,7 @@ def test_what_cannot_be_asked_is_said_in_one_line() -> None:
         NOMINAL.slacks(state, "both", 0.1, swing, 0.15)  # type: ignore[arg-type]
     for steps in (0, 5):
         with pytest.raises(InputError, match="steps"):
-            NOMINAL.foothold(state, "left", 0.1, swing, 0.15, steps, toward=toward, margin=0.0)
+            choose_foothold(NOMINAL, state, "left", 0.1, swing, 0.15, steps, toward=toward, margin=0.0)
         with pytest.raises(InputError, match="steps"):
             NOMINAL.polygon(steps, "left", 0.1, swing, step_time=0.15)
     for dcm, wanted, margin in (
@@ -173,7 +169,7 @@ def test_what_cannot_be_asked_is_said_in_one_line() -> None:
         (state, toward, -1.0),
     ):
         with pytest.raises(InputError, match="margin"):
-            NOMINAL.foothold(dcm, "left", 0.1, swing, 0.15, 1, toward=wanted, margin=margin)
+            choose_foothold(NOMINAL, dcm, "left", 0.1, swing, 0.15, 1, toward=wanted, margin=margin)
 
 
 def test_a_foot_with_inertia_swings_as_far_as_half_speeding_up_and_half_braking_takes_it() -> None:

@@ -133,3 +133,13 @@ def test_spin_counts_as_state_if_it_is_asked_for(robot: Robot) -> None:
             commands[counted, name] = controller.command(seen).zmp
     assert np.array_equal(commands[False, "spun"], commands[False, "still"])
     assert commands[True, "spun"][0] > commands[True, "still"][0]
+
+
+def test_decided_by_sets_that_withstand_an_error_it_steps_earlier_and_still_recovers() -> None:
+    def first_step(error: float) -> tuple[Result, float]:
+        result = run((0.1, 0, 0.5), stepping={"zmp_error": error, "early_trigger": 0.0})
+        return result.outcome.result, next(d["time"] for d in result.decisions if d["phase"] == "stepping")
+
+    exact, robust = first_step(0.0), first_step(0.005)
+    assert exact[0] is robust[0] is Result.RECOVERED
+    assert robust[1] < exact[1]

@@ -12,7 +12,8 @@ from typing import Any
 import pandas as pd
 
 from sim.analysis.frame import as_frame
-from sim.results.table import COLUMNS, RESULTS, SUITE, SWEEP, as_table, write_table
+from sim.results.columns import COLUMNS
+from sim.results.table import RESULTS, SUITE, SWEEP, as_table, write_table
 
 DIRECTIONS = tuple(float(angle) for angle in range(0, 360, 45))
 OMEGA, HEIGHT, GRAVITY = 4.0, 0.613, 9.81

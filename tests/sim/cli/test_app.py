@@ -111,7 +111,7 @@ REFUSED = {
     "unknown option": (["run", "short.toml", "--controler", "statue"], ["--controler", "--controller"]),
     "unknown command": (["push"], ["'push'"]),
     "no scenario": (["run"], ["scenario"]),
-    "occupied folder": (["run", "short.toml", "--out", "."], ["--out", "which no run writes"]),
+    "occupied folder": (["run", "short.toml", "--out", "."], ["--out", "the folder that you are in"]),
     "file as folder": (["run", "short.toml", "--out", "short.toml"], ["--out", "is a file"]),
     "render nothing": (["render", "nowhere"], ["'nowhere'", "folder of a run"]),
     "render no run": (["render", "."], ["trace.parquet", "No such file"]),

@@ -11,7 +11,18 @@ import pytest
 from models.errors import InputError
 from scenarios.catalogue import load
 from sim.episode.episode import EpisodeResult, run_episode
-from sim.episode.run_folder import DECISIONS, FILES, OUTCOME, SCENARIO, TRACE, free_folder, staged, write_records
+from sim.episode.run_folder import (
+    DECISIONS,
+    FILES,
+    LOCK,
+    OUTCOME,
+    SCENARIO,
+    TRACE,
+    TargetTakenError,
+    claimed,
+    claimed_free,
+    write_records,
+)
 from sim.record.outcome import judge
 from sim.record.trace import load_trace
 
@@ -58,7 +69,7 @@ def test_what_is_not_finite_is_null_in_json(result: EpisodeResult, tmp_path: Pat
 
 def test_folder_appears_when_it_is_complete(tmp_path: Path) -> None:
     target = tmp_path / "new" / "run"
-    with staged(target) as stage:
+    with claimed(target) as stage:
         (stage / SCENARIO).write_text("x")
         assert not target.exists()
     assert (target / SCENARIO).read_text() == "x"
@@ -68,7 +79,7 @@ def test_folder_appears_when_it_is_complete(tmp_path: Path) -> None:
 @pytest.mark.parametrize("failure", [RuntimeError, KeyboardInterrupt])
 def test_nothing_stays_of_a_run_that_fails(failure: type[BaseException], tmp_path: Path) -> None:
     def fail() -> None:
-        with staged(tmp_path / "run") as stage:
+        with claimed(tmp_path / "run") as stage:
             (stage / SCENARIO).write_text("half of it")
             raise failure
 
@@ -79,11 +90,11 @@ def test_nothing_stays_of_a_run_that_fails(failure: type[BaseException], tmp_pat
 
 def test_failure_leaves_the_former_run(tmp_path: Path) -> None:
     def fail() -> None:
-        with staged(tmp_path / "run", overwrite=True) as stage:
+        with claimed(tmp_path / "run", overwrite=True) as stage:
             (stage / SCENARIO).write_text("half of it")
             raise RuntimeError
 
-    with staged(tmp_path / "run") as stage:
+    with claimed(tmp_path / "run") as stage:
         (stage / SCENARIO).write_text("former")
     with pytest.raises(RuntimeError):
         fail()
@@ -93,19 +104,19 @@ def test_failure_leaves_the_former_run(tmp_path: Path) -> None:
 
 def test_former_run_is_replaced_as_a_whole_and_only_if_asked(tmp_path: Path) -> None:
     target = tmp_path / "run"
-    with staged(target) as stage:
+    with claimed(target) as stage:
         for name in FILES:
             (stage / name).write_text("former")
-    with pytest.raises(InputError, match=r"holds a run already; .* pass --overwrite"), staged(target):
+    with pytest.raises(InputError, match=r"holds a run already; .* pass --overwrite"), claimed(target):
         pass
-    with staged(target, overwrite=True) as stage:
+    with claimed(target, overwrite=True) as stage:
         (stage / SCENARIO).write_text("new")
     assert os.listdir(target) == [SCENARIO]
     assert os.listdir(tmp_path) == ["run"]
 
 
 def test_empty_folder_is_taken(tmp_path: Path) -> None:
-    with staged(tmp_path) as stage:
+    with claimed(tmp_path) as stage:
         (stage / SCENARIO).write_text("x")
     assert os.listdir(tmp_path) == [SCENARIO]
 
@@ -116,7 +127,7 @@ def test_folder_with_anything_else_is_never_touched(overwrite: bool, tmp_path: P
     (tmp_path / SCENARIO).write_text("x")
     with (
         pytest.raises(InputError, match=r"holds 'thesis\.tex', which no run writes"),
-        staged(tmp_path, overwrite=overwrite),
+        claimed(tmp_path, overwrite=overwrite),
     ):
         pass
     assert (tmp_path / "thesis.tex").read_text() == "precious"
@@ -124,14 +135,75 @@ def test_folder_with_anything_else_is_never_touched(overwrite: bool, tmp_path: P
 
 def test_file_cannot_be_the_folder(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="is a file"), staged(tmp_path / "file"):
+    with pytest.raises(InputError, match="is a file"), claimed(tmp_path / "file"):
         pass
-    with pytest.raises(InputError, match="cannot be made"), staged(tmp_path / "file" / "run"):
+    with pytest.raises(InputError, match="cannot be made"), claimed(tmp_path / "file" / "run"):
         pass
 
 
-def test_free_folder_counts_on(tmp_path: Path) -> None:
-    assert free_folder("run", tmp_path) == tmp_path / "run"
+def test_the_first_name_that_nobody_has_is_claimed(tmp_path: Path) -> None:
     (tmp_path / "run").mkdir()
-    (tmp_path / "run-2").mkdir()
-    assert free_folder("run", tmp_path) == tmp_path / "run-3"
+    (tmp_path / "run" / SCENARIO).write_text("mine")
+    with claimed_free("run", tmp_path) as (second, stage), claimed_free("run", tmp_path) as (third, _):
+        assert (second, third) == (tmp_path / "run-2", tmp_path / "run-3")
+        (stage / SCENARIO).write_text("x")
+    assert (tmp_path / "run" / SCENARIO).read_text() == "mine"
+    assert sorted(os.listdir(tmp_path)) == ["run", "run-2", "run-3"]
+
+
+def test_a_target_is_claimed_from_the_beginning(tmp_path: Path) -> None:
+    with claimed(tmp_path / "run") as stage:
+        with pytest.raises(TargetTakenError, match="is being written by another run"), claimed(tmp_path / "run"):
+            pass
+        (stage / SCENARIO).write_text("first")
+    assert (tmp_path / "run" / SCENARIO).read_text() == "first"
+    assert os.listdir(tmp_path) == ["run"]
+
+
+def test_what_a_killed_run_left_is_in_nobody_s_way(tmp_path: Path) -> None:
+    with claimed(tmp_path / "run") as stage:
+        left = stage
+    (tmp_path / "run").rmdir()
+    left.mkdir()
+    (left / SCENARIO).write_text("half")
+    with claimed(tmp_path / "run") as stage:
+        assert os.listdir(stage) == [LOCK]
+    assert os.listdir(tmp_path / "run") == []
+
+
+def test_a_symbolic_link_is_followed_and_one_to_nothing_refused(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "link").symlink_to("elsewhere")
+    with claimed(tmp_path / "link") as stage:
+        (stage / SCENARIO).write_text("x")
+    assert (tmp_path / "link").is_symlink()
+    assert os.listdir(tmp_path / "elsewhere") == [SCENARIO]
+    (tmp_path / "dangling").symlink_to("nowhere")
+    with (
+        pytest.raises(InputError, match="symbolic link to 'nowhere', which is not there"),
+        claimed(tmp_path / "dangling"),
+    ):
+        pass
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(InputError, match="--out"), claimed(tmp_path / "loop"):
+        pass
+
+
+@pytest.mark.parametrize("name", ["n" * 256, "n" * 300, "a/" * 3000 + "n", "/proc/x", "/proc/x/y"])
+def test_a_place_that_cannot_be_is_refused_before_anything_is_written(name: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--out: "), claimed(tmp_path / name):
+        raise AssertionError("nothing must run for it")
+    assert os.listdir(tmp_path) == []
+
+
+def test_the_longest_name_there_is_is_written(tmp_path: Path) -> None:
+    with claimed(tmp_path / ("n" * 255)) as stage:
+        (stage / SCENARIO).write_text("x")
+    assert os.listdir(tmp_path) == ["n" * 255]
+
+
+def test_the_folder_one_is_in_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in (".", "..", str(tmp_path)):
+        with pytest.raises(InputError, match="the folder that you are in"), claimed(Path(name), overwrite=True):
+            pass

@@ -171,3 +171,25 @@ def test_words() -> None:
     assert fixed(0.5, capped=True) == "≥ 0.50"
     assert fixed(None) == "–"
     assert case_words({"mass_scale": 1.1, "friction": None}) == "mass scale 1.1, friction as the scenario has it"
+
+
+def test_a_threshold_above_a_hole_is_marked_wherever_it_is_shown(told: dict[str, Any]) -> None:
+    own = next(one for one in told["robust"] if one["controller"] == "supervisor" and one["direction_deg"] == 90.0)
+    hole = {
+        "episode": "0" * 12,
+        "controller": "supervisor",
+        "direction_deg": 90.0,
+        "replica": 0,
+        "delta_v": 0.5 * own["delta_v"],
+        "outcome": "fell",
+        "reason": "tilt",
+        "of_threshold": 0.5,
+    }
+    assert "*: above a hole" not in printed(told | {"holes": []}, 200)
+    holed = told | {"holes": [hole]}
+    text = printed(holed, 200)
+    assert f"{own['over_omega_d']:.2f} *" in text
+    assert "*: above a hole" in text
+    table = envelope_table(holed, {})
+    (row,) = (row for row in table.rows if row["Δv/(ωd)"] == "supervisor")
+    assert [way for way, cell in row.items() if str(cell).endswith(" *")] == ["90°"]

@@ -16,7 +16,9 @@ PERIOD = 0.002
 PUSHED_UNTIL = 1.1
 
 
-def episode(duration: float, *, push_end: float | None = PUSHED_UNTIL, **changes: tuple[float, float, Any]) -> Trace:
+def episode(
+    duration: float, *, push_end: float | None = PUSHED_UNTIL, rest: str = "still", **changes: tuple[float, float, Any]
+) -> Trace:
     """A robot that stands still; `changes` are channel=(from [s], to [s], value)."""
     time = np.arange(round(duration / PERIOD)) * PERIOD
     values = dict.fromkeys(TRACE_CHANNELS, 0.0) | {"time": time, "cog_z": HEIGHT}
@@ -26,7 +28,7 @@ def episode(duration: float, *, push_end: float | None = PUSHED_UNTIL, **changes
     return Trace(
         values=np.column_stack([np.broadcast_to(column, time.shape) for column in values.values()]),
         units=TRACE_CHANNELS,
-        metadata={"scenario": {"pushes": pushes}, "robot": {"cog_height": HEIGHT}},
+        metadata={"scenario": {"pushes": pushes, "judge": {"rest": rest}}, "robot": {"cog_height": HEIGHT}},
     )
 
 
@@ -144,12 +146,29 @@ def test_steps_are_counted() -> None:
     assert judge(episode(7, steps=(3.0, 9.0, 2.0))).steps_taken == 2
 
 
+def test_who_marches_in_place_is_recovered_if_that_is_the_rule() -> None:
+    marching = {"phase": (0.0, 9.0, 1.0), "cog_vy": (0.0, 9.0, 0.2)}
+    assert verdict(episode(7, **marching)) == (Result.NOT_SETTLED, Reason.STEPPING)
+    outcome = judge(episode(7, rest="upright", **marching))
+    assert (outcome.result, outcome.reason, outcome.settled_at) == (Result.RECOVERED, Reason.UPRIGHT, PUSHED_UNTIL)
+
+
+@pytest.mark.parametrize(("speed", "result"), [(0.09, Result.RECOVERED), (0.11, Result.NOT_SETTLED)])
+def test_who_marches_away_is_not(speed: float, result: Result) -> None:
+    time = np.arange(round(7 / PERIOD)) * PERIOD
+    trace = episode(7, rest="upright", cog_x=(0.0, 9.0, speed * time))
+    assert judge(trace).result is result
+    assert early_end(trace) == (None if result is Result.NOT_SETTLED else round((PUSHED_UNTIL + 1.0) / PERIOD) + 1)
+
+
 def early_end(trace: Trace) -> int | None:
     """Rows until the episode may end."""
     pushes = trace.metadata["scenario"]["pushes"]
     index = {name: i for i, name in enumerate(trace.channels)}
     last = pushes[-1]["start"] + pushes[-1]["duration"] if pushes else None
-    watch = EarlyEnd(index, cog_height=HEIGHT, last_push=last)
+    watch = EarlyEnd(
+        index, cog_height=HEIGHT, last_push=last, rest=trace.metadata["scenario"]["judge"]["rest"], period=PERIOD
+    )
     return next((i + 1 for i, row in enumerate(trace.values) if watch.update(row)), None)
 
 
@@ -165,9 +184,12 @@ def early_end(trace: Trace) -> int | None:
         {"trunk_tilt": (2.0, 9.0, 1.4)},
         {"cog_z": (1.5, 9.0, 0.1)},
         {"other_contact": (0.5, 0.501, 1.0)},
+        {"rest": "upright", "phase": (0.0, 9.0, 1.0)},
+        {"rest": "upright", "cog_x": (1.5, 9.0, 0.15)},
+        {"rest": "upright", "trunk_tilt": (1.5, 1.9, math.radians(46))},
     ],
 )
-def test_ending_early_does_not_change_the_verdict(changes: dict[str, tuple[float, float, float]]) -> None:
+def test_ending_early_does_not_change_the_verdict(changes: dict[str, Any]) -> None:
     trace = episode(7, **changes)
     rows = early_end(trace)
     assert rows is not None

@@ -11,7 +11,7 @@ from typing import Any
 import pyarrow as pa
 
 from scenarios.suite_catalogue import LoadedSuite, load_suite
-from sim.results.table import TIMING
+from sim.results.columns import TIMING
 from sim.sweep.executors import Workers
 from sim.sweep.plan import plan, scenario_of
 from sim.sweep.worker import Job, run_job

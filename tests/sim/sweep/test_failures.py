@@ -278,7 +278,7 @@ def test_workers_end_when_interrupted(tmp_path: Path) -> None:
     os.killpg(process.pid, signal.SIGINT)  # as Ctrl-C does: to all of them
     _, told = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert told.decode().splitlines()[-1] == "okiagari: stopped; the same command makes a sweep go on where it was"
+    assert told.decode().splitlines()[-1] == "okiagari: stopped; the same command goes on where it was"
     while members(process.pid) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert members(process.pid) == []

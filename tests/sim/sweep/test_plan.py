@@ -9,7 +9,7 @@ import pytest
 
 from models.errors import InputError
 from scenarios.suite_catalogue import in_world
-from sim.sweep.plan import Episode, plan, scenario_of, suite_hash
+from sim.sweep.plan import PlannedEpisode, plan, scenario_of, suite_hash
 from tests.sim.sweep.sweep_suites import PENDULUM, suite
 
 RANDOM = """
@@ -33,7 +33,7 @@ stop_after = 2
 """
 
 
-def episodes(folder: Path, text: str) -> dict[str, Episode]:
+def episodes(folder: Path, text: str) -> dict[str, PlannedEpisode]:
     return {episode.name: episode for series in plan(suite(folder, text)) for episode in series.episodes}
 
 
@@ -86,7 +86,7 @@ def test_suite_s_seed_changes_every_episode(tmp_path: Path) -> None:
 
 def test_who_answers_does_not_change_what_is_drawn(tmp_path: Path) -> None:
     loaded = suite(tmp_path)
-    by_push: dict[tuple[object, ...], list[Episode]] = {}
+    by_push: dict[tuple[object, ...], list[PlannedEpisode]] = {}
     for series in plan(loaded):
         for episode in series.episodes:
             key = tuple(episode.parameters[name] for name in ("direction", "delta_v", "replica"))

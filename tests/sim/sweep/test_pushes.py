@@ -11,7 +11,7 @@ from models.robot import load_robot
 from scenarios.push import Push
 from scenarios.schema import Scenario
 from sim.results.push_size import edge_distance
-from sim.sweep.plan import Episode, plan, scenario_of
+from sim.sweep.plan import PlannedEpisode, plan, scenario_of
 from tests.sim.sweep.sweep_suites import suite
 from tests.sim.sweep.test_plan import RANDOM, episodes
 
@@ -51,7 +51,7 @@ direction = 5.0
 WRITTEN = 1e-5
 
 
-def scenarios(folder: Path, text: str) -> list[tuple[Episode, Scenario]]:
+def scenarios(folder: Path, text: str) -> list[tuple[PlannedEpisode, Scenario]]:
     loaded = suite(folder, text)
     return [(episode, scenario_of(loaded, episode)) for series in plan(loaded) for episode in series.episodes]
 

@@ -12,10 +12,11 @@ from models.robot import load_robot
 from scenarios.schema import Scenario
 from sim.episode.episode import run_episode
 from sim.results import table as results
-from sim.results.table import COLUMNS, OUTCOME, PARAMETERS, SCHEMA, read_results
+from sim.results.columns import COLUMNS, OUTCOME, PARAMETERS, SCHEMA
+from sim.results.table import read_results
 from sim.sweep import store as sweep_store
 from sim.sweep.executors import Workers, local
-from sim.sweep.plan import Episode, Series, plan
+from sim.sweep.plan import PlannedEpisode, Series, plan
 from sim.sweep.scheduler import Scheduler
 from sim.sweep.sweep import run_sweep
 from sim.sweep.worker import trace_hash
@@ -87,7 +88,7 @@ def test_processes_give_the_same_rows_bit_for_bit(whole: pa.Table, tmp_path: Pat
         assert workers.count == 2
     assert lasting(read_results(tmp_path / "out")).equals(lasting(whole))
     sweep = results.read_sweep(tmp_path / "out")
-    assert (sweep["name"], sweep["planned"], sweep["finished"], sweep["robot"]) == ("short", 16, 16, ["utmu2"])
+    assert (sweep["name"], sweep["planned"], sweep["finished"], list(sweep["robots"])) == ("short", 16, 16, ["utmu2"])
     assert (tmp_path / "out" / results.SUITE).read_text() == loaded.text
 
 
@@ -133,7 +134,9 @@ def test_rows_are_bundled_and_none_is_counted_twice(
 
 
 def series(name: str, length: int, stop_after: int | None) -> Series:
-    episodes = tuple(Episode(name=f"{name}{i}", suite="s", series=name, seed=0, parameters={}) for i in range(length))
+    episodes = tuple(
+        PlannedEpisode(name=f"{name}{i}", suite="s", series=name, seed=0, parameters={}) for i in range(length)
+    )
     return Series(name=name, episodes=episodes, stop_after=stop_after)
 
 

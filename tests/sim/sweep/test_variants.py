@@ -11,9 +11,10 @@ import pytest
 
 from models.errors import InputError
 from models.robot import load_robot
+from sim.results.columns import SCHEMA
 from sim.results.push_size import edge_distance
-from sim.results.table import ROWS, SCHEMA, SWEEP, read_results, write_table
-from sim.sweep.plan import Episode, plan, scenario_of, suite_hash
+from sim.results.table import ROWS, SWEEP, read_results, write_table
+from sim.sweep.plan import PlannedEpisode, plan, scenario_of, suite_hash
 from sim.sweep.sweep import run_sweep
 from sim.sweep.worker import Job, run_job
 from tests.sim.sweep.sweep_suites import HERE, PENDULUM, Counting, lasting, suite
@@ -30,7 +31,7 @@ VARIANTS = (
 )
 
 
-def planned(folder: Path, text: str) -> list[Episode]:
+def planned(folder: Path, text: str) -> list[PlannedEpisode]:
     return [episode for series in plan(suite(folder, text)) for episode in series.episodes]
 
 
@@ -38,7 +39,7 @@ def test_variants_answer_the_same_pushes(tmp_path: Path) -> None:
     loaded = suite(tmp_path, VARIANTS)
     found = planned(tmp_path, VARIANTS)
     assert len(found) == loaded.suite.episodes == 3 * 8
-    by_seed: dict[int, list[Episode]] = {}
+    by_seed: dict[int, list[PlannedEpisode]] = {}
     for episode in found:
         by_seed.setdefault(episode.seed, []).append(episode)
     assert len(by_seed) == 8

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from pathlib import Path
@@ -12,11 +13,14 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
 
+from controllers.interface import Phase
 from sim.episode.set_polygons import SetPolygon
 from sim.record.palette import PUSH, REGULATOR, TRACKER, rgb
 from sim.record.trace import Trace
 from sim.viz.figures import draw_episode, episode_figure
+from sim.viz.glyphs import OURS, drawable, font_file
 from sim.viz.playback import Playback
+from sim.viz.time_scale import NARROWER, time_scale
 from tests.sim.still_traces import ROBOT, during, scenario, still_trace
 
 HEXAGON = np.array([[-0.06, 0.05], [-0.03, 0.25], [0.045, 0.12], [0.06, -0.05], [0.03, -0.25], [-0.045, -0.12]])
@@ -115,8 +119,10 @@ def test_figure_is_a_picture_of_the_sets_and_the_course(tmp_path: Path) -> None:
         assert count(plane[0], colour) > 500
         assert count(plane[1], colour) == 0
     assert count(plane[0], PUSH) > 100
-    strip = pixels[0][148, 760:1570]  # through the strip of who is in charge
-    assert count(strip[None], TRACKER) == pytest.approx(810 * 0.6 / 12.0, abs=8)
+    strip = pixels[0][138, 760:1570]  # through the strip of the phases, above its words
+    scale = time_scale(Playback(pushed()))
+    share = sum(scale.share(a, b) for a, b, phase in Playback(pushed()).phases() if phase is Phase.STEPPING)
+    assert count(strip[None], TRACKER) == pytest.approx(810 * share, abs=8)
 
 
 def test_words_tell_the_kind_of_set_the_pushes_and_the_outcome() -> None:
@@ -148,7 +154,7 @@ def test_a_trace_that_ended_within_a_push_is_drawn() -> None:
     short = Trace(values=whole.values[:1510], units=whole.units, metadata=whole.metadata)  # 3.0 to 3.1 s is push 1
     empty = SetPolygon(name="tracking", push=1, kind="slice", vertices=np.empty((0, 2)))
     text = [t.get_text() for t in words(episode_figure(Shown(short, (empty,))))]
-    assert "no set was computed in this episode" in text
+    assert "no set was computed in this plane" in text
 
 
 def test_a_set_of_nonsense_is_refused() -> None:
@@ -177,3 +183,39 @@ def test_phases_cover_the_episode() -> None:
     assert phases[0][0] == playback.time[0]
     assert phases[-1][1] == playback.time[-1]
     assert all(earlier[1] == later[0] for earlier, later in pairwise(phases))
+
+
+def test_quiet_time_is_narrower_and_its_ticks_have_room() -> None:
+    scale = time_scale(Playback(pushed()))
+    assert scale.quiet
+    for start, end in scale.quiet:
+        assert end - start >= 1.5
+        assert all(push.end <= start or push.start >= end for push in Playback(pushed()).pushes)
+    busy = sum(scale.share(a, b) for a, b in zip(scale.knots[:-1], scale.knots[1:], strict=True))
+    assert busy == pytest.approx(1.0)
+    (first, last), *_ = scale.quiet
+    (push, *_) = Playback(pushed()).pushes
+    per_second = scale.share(push.start, push.end) / (push.end - push.start)
+    assert per_second == pytest.approx(NARROWER * scale.share(first, last) / (last - first))
+    axes = Figure().add_subplot()
+    scale.apply(axes)
+    ticks = axes.get_xticks().tolist()
+    assert all(scale.share(a, b) > 0.04 for a, b in pairwise(ticks))
+
+
+def test_what_a_user_wrote_is_text_in_a_font_that_has_it(recwarn: pytest.WarningsRecorder) -> None:
+    run = scenario().model_copy(update={"description": r"costs $\frac{1}{2}$ 起き上がり 🧑"})
+    figure = episode_figure(Shown(still_trace(run)))
+    figure.savefig(io.BytesIO())
+    assert any(r"$\frac{1}{2}$" in text.get_text() for text in figure.texts)
+    assert not [w for w in recwarn.list if "Glyph" in str(w.message) or "mathtext" in str(w.message)]
+    words, font = drawable("plain words")
+    assert (words, font_file(font)) == ("plain words", str(OURS["normal"]))
+
+
+def test_lateral_pushes_are_in_their_own_plane() -> None:
+    pushes = [{"start": 1.0, "direction": way, "delta_v": 0.1} for way in (90.0,)]
+    figure = episode_figure(Shown(still_trace(scenario(duration=4.0, pushes=pushes))))
+    labels = [axes.get_xlabel() for axes in figure.axes]
+    assert "COG position y in the world [m]" in labels
+    assert "COG position x in the world [m]" not in labels

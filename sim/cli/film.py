@@ -1,0 +1,86 @@
+"""The command line of films of runs: render."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from models.errors import InputError
+from sim.cli.numbers import not_negative, number
+from sim.cli.terminal import progress_bar
+from sim.episode import run_folder
+
+# What takes long to import (pictures) is imported by the command that needs it.
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the program."""
+    app.command(epilog="Example: okiagari render out/three_pushes-humanoid --camera side --slow 4 --from 9 --to 10.5")(
+        render
+    )
+
+
+def why_no_video() -> str | None:
+    """Why this machine cannot draw, in words that name the package; None if it can."""
+    from sim.viz.video import missing_renderer
+
+    return missing_renderer()
+
+
+def render(
+    folder: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    camera: Annotated[str, typer.Option(help="three_quarter, side, front or top.")] = "three_quarter",
+    size: Annotated[str, typer.Option(metavar="WxH", help="Of a frame, in pixels.")] = "640x480",
+    fps: Annotated[float, typer.Option(parser=number, metavar="N", help="Frames a second.")] = 60.0,
+    slow: Annotated[float, typer.Option(parser=number, metavar="X", help="4 plays at a quarter of the speed.")] = 1.0,
+    begin: Annotated[
+        float | None, typer.Option("--from", parser=not_negative, metavar="S", help="Of the run.", show_default="0")
+    ] = None,
+    end: Annotated[
+        float | None, typer.Option("--to", parser=not_negative, metavar="S", help="Of the run.", show_default="its end")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Video to write.", show_default="DIR/video.mp4")
+    ] = None,
+) -> None:
+    """Film a run again from its trace, without simulating: replaces the video in its folder, or writes --out."""
+    match = re.fullmatch(r"(\d+)x(\d+)", size)
+    if match is None:
+        raise InputError(f"--size: {size!r} is not of the form WxH, for instance 1280x720")
+    if not folder.is_dir():
+        raise InputError(f"{str(folder)!r} is not a folder; it must be the folder of a run")
+    from sim.record.places import made_parents, real_path
+    from sim.record.trace import load_trace
+    from sim.results.out_file import check_file
+
+    trace = load_trace(folder / run_folder.TRACE)
+    path = out if out is not None else folder / run_folder.VIDEO
+    check_file(path, "--out")
+    if path.suffix != ".mp4":
+        raise InputError(f"--out: {str(path)!r} must end with .mp4")
+    span = _span(begin, end, float(trace.time[-1]))
+    note = why_no_video()
+    if note:
+        raise InputError(note)
+    from sim.viz.video import HOLD, render_episode
+
+    real = real_path(path, "--out")
+    frame = (int(match[1]), int(match[2]))
+    with made_parents(real, "--out"), progress_bar("filming", 1.0) as progress:
+        render_episode(
+            trace, real, camera=camera, size=frame, fps=fps, slow=slow, span=span, hold=HOLD, progress=progress
+        )
+    print(path)
+
+
+def _span(begin: float | None, end: float | None, last: float) -> tuple[float, float]:
+    first = 0.0 if begin is None else begin
+    until = last if end is None else end
+    if first > last:
+        raise InputError(f"--from: {first:g} s is after the end of the run, {last:g} s")
+    if until <= first:
+        raise InputError(f"--to: {until:g} s must be after --from, {first:g} s")
+    return first, min(until, last)

@@ -1,0 +1,175 @@
+"""The command line of one episode: run."""
+
+from __future__ import annotations
+
+import math
+import sys
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from controllers.registry import CONTROLLERS, LAYERS
+from models.errors import InputError
+from scenarios.push import Push
+from scenarios.schema import Scenario, World
+from sim.cli.film import why_no_video
+from sim.cli.names import named
+from sim.cli.numbers import whole
+from sim.cli.scenario_option import open_scenario
+from sim.cli.terminal import progress_bar
+from sim.episode import run_folder
+
+if TYPE_CHECKING:
+    from sim.episode.episode import EpisodeResult
+
+# What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the program."""
+    app.command(
+        epilog="""Examples:
+
+    okiagari run push_left --out out/left
+
+    okiagari run my_scenario.toml --controller statue --seed 3 --no-video
+
+    okiagari run push_left --set stepping.max_steps=2 --set duration=8
+    """
+    )(run)
+
+
+def run(
+    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario (okiagari list), or a .toml file.")],
+    world: Annotated[World | None, typer.Option(help="What is pushed: the whole body, or its model.")] = None,
+    controller: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help=f"Who answers: {', '.join(CONTROLLERS.names())}, or path/to/file.py:Class."),
+    ] = None,
+    whole_body: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help=f"From balance to joints: {', '.join(LAYERS.names())}, or file.py:Class."),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(parser=whole, metavar="N", help="Of what varies: the initial pose.")
+    ] = None,
+    assignments: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Replace a field, may be repeated.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder to write, new or empty.", show_default="out/SCENARIO-WORLD[-CONTROLLER]")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that --out holds.")] = False,
+    video: Annotated[
+        bool | None, typer.Option("--video/--no-video", help="Film it.", show_default="video if this machine can")
+    ] = None,
+) -> None:
+    """Run a scenario and write its folder. Options left out are as the scenario says."""
+    asked = {
+        "world": world,
+        "controller": named(CONTROLLERS, "--controller", controller),
+        "whole_body": named(LAYERS, "--whole-body", whole_body),
+        "seed": seed,
+    }
+    overrides = {name: value for name, value in asked.items() if value is not None}
+    chosen = open_scenario(scenario, overrides, assignments or ())
+    name = Path(scenario).stem
+    note = why_no_video() if video is not False else None
+    if video and note:
+        raise InputError(f"--video: {note}")
+    place = f"{name}-{chosen.world}" + (f"-{chosen.controller.short.replace(':', '-')}" if controller else "")
+    with _claimed(place, out, overwrite=overwrite) as (folder, stage):
+        result = _write(chosen, stage, film=video is not False and note is None)
+    _report(name, result, folder)
+    if note:
+        print(f"okiagari: {note}", file=sys.stderr)
+
+
+def _claimed(name: str, out: Path | None, *, overwrite: bool) -> AbstractContextManager[tuple[Path, Path]]:
+    """The folder that the run will be, and the one to write into."""
+    if out is None:
+        return run_folder.claimed_free(name)
+    return run_folder.claimed_at(out, overwrite=overwrite)
+
+
+def _write(scenario: Scenario, stage: Path, *, film: bool) -> EpisodeResult:
+    """Run, and write all files."""
+    from sim.episode.episode import run_episode
+    from sim.viz.figures import draw_episode
+
+    with progress_bar("simulating", scenario.duration) as progress:
+        result = run_episode(scenario, progress=progress)
+    run_folder.write_records(stage, result)
+    draw_episode(result, stage / run_folder.FIGURE)
+    if film:
+        from sim.viz.video import HOLD, render_episode
+
+        with progress_bar("filming", 1.0) as progress:
+            render_episode(result.trace, stage / run_folder.VIDEO, hold=HOLD, progress=progress)
+    return result
+
+
+def _report(name: str, result: EpisodeResult, folder: Path) -> None:
+    """Say what became of every push, how it ended, and what to open."""
+    from rich.text import Text
+
+    from sim.presenter.render import print_sections, terminal
+    from sim.presenter.tables import Section, Table
+
+    console = terminal()
+    scenario, outcome = result.scenario, result.outcome
+    title = f"{name} ({scenario.world}, {scenario.controller.short}, seed {scenario.seed})"
+    rows = tuple(
+        {
+            "push at": f"{push.start:g} s",
+            "for": f"{push.duration:g} s",
+            "to": direction_words(asked),
+            "on": push.body,
+            "impulse": f"{push.asked_impulse:.2f} N s",
+            "Δv": f"{push.delta_v:.2f} m/s",
+            ("set of the", "regulator"): _in_or_out(push.in_regulator_set),
+            ("set of the", "steps"): _in_or_out(push.in_tracking_set),
+            "chosen": push.chosen,
+            "outcome": ending,
+        }
+        for push, asked, ending in zip(result.pushes, scenario.pushes, endings(result), strict=True)
+    )
+    if rows:
+        print_sections([Section(key="run", heading=title, tables=(Table(title=title, rows=rows),))], console)
+    else:
+        console.print(Text(title))
+    steps = f"{outcome.steps_taken} step{'' if outcome.steps_taken == 1 else 's'}"
+    when = f" at {outcome.time_of_fall:.2f} s" if outcome.time_of_fall is not None else ""
+    verdict = outcome.result.value.replace("_", " ")
+    colour = {"recovered": "green", "fell": "red"}.get(outcome.result.value, "yellow")
+    console.print(Text.assemble((verdict, f"bold {colour}"), f"{when}: {outcome.reason.value}; {steps}"))
+    files = [folder / file for file in run_folder.FILES if (folder / file).exists()]
+    console.print(Text("open " + "\n     ".join(str(file) for file in reversed(files))), soft_wrap=True)
+
+
+def direction_words(push: Push) -> str:
+    """Where a push goes: "90°", "up", or "0°, 30° down"."""
+    x, y, z = push.unit.tolist()
+    flat = math.hypot(x, y)
+    if flat < 1e-9:
+        return "up" if z > 0.0 else "down"
+    steep = math.degrees(math.atan2(z, flat))
+    aside = f", {abs(steep):.0f}° {'up' if steep > 0.0 else 'down'}" if z else ""
+    return f"{push.direction_deg:.0f}°{aside}"
+
+
+def _in_or_out(member: bool | None) -> str:
+    return "–" if member is None else "in" if member else "out"
+
+
+def endings(result: EpisodeResult) -> list[str]:
+    """What became of each push: it "stood" until the next one, "fell" before it, or the push was "not reached".
+
+    The last push that was reached takes the outcome of the episode.
+    """
+    begun = [push for push in result.pushes if push.start <= result.trace.time[-1]]
+    verdict = result.outcome.result.value.replace("_", " ")
+    missed = len(result.pushes) - len(begun)
+    return ["stood"] * (len(begun) - 1) + [verdict] * bool(begun) + ["not reached"] * missed

@@ -1,0 +1,64 @@
+"""The scenario that a command line names, with what its options change of it."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from models.errors import InputError
+from scenarios.catalogue import check_against, find, load
+from scenarios.error_messages import first_error
+from scenarios.schema import Scenario
+from scenarios.variants import changed
+
+
+def open_scenario(name: str, overrides: Mapping[str, Any], assignments: Sequence[str] = ()) -> Scenario:
+    """Load and check a scenario.
+
+    Args:
+        name: of a shipped scenario, or a `.toml` file.
+        overrides: top-level fields that replace the file's.
+        assignments: `field=value` of `--set`.
+
+    Raises:
+        InputError: if it says something that is not allowed; one line that names the file or the option.
+    """
+    scenario = load(name, overrides)
+    source = str(find(name))
+    if assignments:
+        scenario = assigned(scenario, assignments)
+    from models.robot import load_robot
+
+    try:
+        robot = load_robot(scenario.robot)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+    check_against(scenario, robot, source=source)
+    return scenario
+
+
+def assigned(scenario: Scenario, assignments: Sequence[str]) -> Scenario:
+    """A scenario with `field=value` put into it: a dotted field, and a value as TOML has it, or a text as it is.
+
+    Raises:
+        InputError: if one is not allowed; it begins with `--set`.
+    """
+    changes = dict(map(_assignment, assignments))
+    try:
+        return Scenario.model_validate(changed(scenario.as_dict(), changes), context={"folder": Path()})
+    except ValidationError as error:
+        raise InputError(f"--set: {first_error(error, Scenario)}") from None
+
+
+def _assignment(text: str) -> tuple[str, Any]:
+    field, equals, value = text.partition("=")
+    if not equals or not field.strip():
+        raise InputError(f"--set: {text!r} is not of the form field=value, for instance stepping.max_steps=2")
+    try:
+        return field.strip(), tomllib.loads(f"value = {value}")["value"]
+    except (tomllib.TOMLDecodeError, KeyError):
+        return field.strip(), value.strip()
