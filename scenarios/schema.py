@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from controllers.fields import WHOLE, NotNegative, Strict, conflict, snap
 from controllers.options import DcmGain, GainOptions, Stepping

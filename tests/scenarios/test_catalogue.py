@@ -207,12 +207,6 @@ WRONG = {
 }
 
 
-def test_no_deviation_may_be_written_with_a_sign(tmp_path: Path) -> None:
-    scenario = load(written(tmp_path, "[variation]\npose = -0.0\n[disturbance]\nnoise_velocity = -0.0\n"))
-    assert math.copysign(1.0, scenario.variation.pose) == 1.0
-    assert math.copysign(1.0, scenario.disturbance.noise_velocity) == 1.0
-
-
 NOWHERE = ["a\\u0000b", "x" * 5000, "y/" * 2100 + "z"]
 
 
