@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import Annotated
@@ -50,7 +51,7 @@ def render(
     match = re.fullmatch(r"(\d+)x(\d+)", size)
     if match is None:
         raise InputError(f"--size: {size!r} is not of the form WxH, for instance 1280x720")
-    if not folder.is_dir():
+    if not os.path.isdir(folder):  # False, too, for a name that no system can have
         raise InputError(f"{str(folder)!r} is not a folder; it must be the folder of a run")
     from sim.record.places import made_parents, real_path
     from sim.record.trace import load_trace

@@ -15,7 +15,7 @@ from rich.console import Console
 from models.errors import InputError
 from sim.analysis.baseline import of_sweep, write_baseline
 from sim.analysis.summary import summarise
-from sim.cli.report import register
+from sim.cli import check, report
 from sim.presenter.render import print_sections
 from sim.presenter.sections import sections
 from sim.report import failures
@@ -258,7 +258,8 @@ def test_sets_in_words() -> None:
 
 def program() -> typer.Typer:
     app = typer.Typer()
-    register(app)
+    report.register(app)
+    check.register(app)
     return app
 
 
