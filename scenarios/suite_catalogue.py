@@ -60,12 +60,12 @@ class LoadedSuite:
         Raises:
             InputError: if two of them are called the same.
         """
-        folder, registry = self.path.parent, REGISTRIES[field]
+        folder, known = self.path.parent, REGISTRIES[field]
         asked = self.suite.axes.given().get(field) or (getattr(self.base, field).name,)
         variants = (self.suite.variants or {}).values()
         asked += tuple(value for changes in variants for name, value in changes.items() if parameter_of(name) == field)
         found: dict[str, str] = {}
-        for name in (registry.absolute(each, folder) for each in asked):
+        for name in (known.absolute(each, folder) for each in asked):
             if found.setdefault(short(name), name) != name:
                 raise InputError(f"{self.path}: {field}: two are called {short(name)!r}; rename a file or a class")
         return found

@@ -26,6 +26,8 @@ CONTROLLERS = {
     "statue": {"label": "statue (holds still)", "colour": "#808080", "marker": "^", "source": None},
 }
 """How the controllers look, as `sweep.json` has it."""
+LIMITS = {"supervisor": 1.5, "regulator": 0.8, "statue": 0.5}
+"""Of most of the laws, in units of omega d."""
 
 Law = Callable[[Mapping[str, Any]], bool]
 

@@ -17,13 +17,13 @@ from sim.analysis import ablation as analysis
 from sim.analysis.frame import reference_rows, varying
 from sim.analysis.summary import summarise
 from sim.analysis.thresholds import thresholds
-from sim.cli.app import app
 from sim.presenter.render import markdown, print_sections
 from sim.presenter.sections import ablation_table, sections
 from sim.report.ablation_chart import ABLATION, draw_ablation
 from sim.report.report import REPORT, write_report
 from sim.results.table import read_results
 from tests.sim.analysis.sweep_tables import OMEGA, edge, folder_of, frame, row, sweep_facts
+from tests.sim.program import call
 from tests.sim.sweep.test_variants import VARIANTS
 
 DESIGNS: dict[str, dict[str, Any]] = {"full": {}, "weak | pale": {"stepping.max_steps": 1}, "alike": {"gain.k": 1.6}}
@@ -230,8 +230,3 @@ def test_folder_without_variants_is_refused(tmp_path: Path) -> None:
     rows = [one | {"variant": None} for one in table() if one["variant"] == "full"]
     with pytest.raises(InputError, match="'made_up', which has no variants to compare"):
         call("ablation", folder_of(tmp_path / "sweep", rows))
-
-
-def call(*arguments: object) -> int:
-    code = app(args=[str(part) for part in arguments], prog_name="okiagari", standalone_mode=False)
-    return code if isinstance(code, int) else 0

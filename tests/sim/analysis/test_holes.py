@@ -16,9 +16,7 @@ from sim.analysis.thresholds import thresholds
 from sim.presenter.render import print_sections
 from sim.presenter.sections import sections
 from sim.report.report import REPORT, write_report
-from tests.sim.analysis.sweep_tables import OMEGA, adaptive, edge, folder_of, frame, row, sweep_facts
-
-LIMITS = {"supervisor": 1.5, "regulator": 0.8, "statue": 0.5}
+from tests.sim.analysis.sweep_tables import LIMITS, OMEGA, adaptive, edge, folder_of, frame, row, sweep_facts
 
 
 def law(asked: Mapping[str, Any]) -> bool:

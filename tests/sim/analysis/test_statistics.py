@@ -17,9 +17,7 @@ from sim.analysis.prediction_score import Moment, Rule, prediction_score, sector
 from sim.analysis.statistics import paired_p, rate, rate_of
 from sim.analysis.thresholds import Threshold, least_of
 from sim.analysis.thresholds import thresholds as thresholds_of
-from tests.sim.analysis.sweep_tables import OMEGA, STEP, adaptive, edge, frame, row, threshold_law
-
-LIMITS = {"supervisor": 1.5, "regulator": 0.8, "statue": 0.5}
+from tests.sim.analysis.sweep_tables import LIMITS, OMEGA, STEP, adaptive, edge, frame, row, threshold_law
 
 
 @given(n=st.integers(1, 2000), share=st.floats(0, 1))

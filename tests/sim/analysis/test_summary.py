@@ -13,6 +13,7 @@ from sim.analysis.push_limits import push_limits
 from sim.analysis.summary import SUMMARY, summarise, write_summary
 from tests.sim.analysis.sweep_tables import (
     DIRECTIONS,
+    LIMITS,
     OMEGA,
     adaptive,
     edge,
@@ -22,8 +23,6 @@ from tests.sim.analysis.sweep_tables import (
     sweep_facts,
     threshold_law,
 )
-
-LIMITS = {"supervisor": 1.5, "regulator": 0.8, "statue": 0.5}
 
 
 @pytest.fixture(scope="module")

@@ -19,9 +19,8 @@ from sim.presenter.render import markdown, print_sections
 from sim.presenter.sections import sections
 from sim.presenter.threshold_section import envelope_table
 from sim.report.report import REPORT, write_report
-from tests.sim.analysis.sweep_tables import CONTROLLERS, adaptive, folder_of, frame, sweep_facts, threshold_law
+from tests.sim.analysis.sweep_tables import CONTROLLERS, LIMITS, adaptive, folder_of, frame, sweep_facts, threshold_law
 
-LIMITS = {"supervisor": 1.5, "regulator": 0.8, "statue": 0.5}
 STRANGE = "my_controller.py:A$b$ [bold]<i>|*x*"
 
 

@@ -15,7 +15,7 @@ from models.errors import InputError
 from sim.analysis.summary import summarise, write_summary
 from sim.report.envelope import ENVELOPE, draw_envelope, write_envelope
 from tests.sim.analysis.sweep_tables import OMEGA, adaptive, edge, folder_of, frame, sweep_facts
-from tests.sim.report.test_report import call
+from tests.sim.program import call
 
 LIMITS = {"supervisor": 2.5, "regulator": 0.8, "statue": 0.9}
 

@@ -12,7 +12,6 @@ from PIL import Image
 
 from models.errors import InputError
 from sim.analysis.thresholds import thresholds
-from sim.cli.app import app
 from sim.record.trace import Trace
 from sim.report import hardest
 from sim.report.hardest import INDEX, Hardest, answered
@@ -20,6 +19,7 @@ from sim.results.table import read_results
 from sim.sweep.sweep import run_sweep
 from sim.viz.film_strip import FRAMES
 from tests.sim.analysis.sweep_tables import STEP, adaptive, frame, row, sweep_facts, threshold_law
+from tests.sim.program import call
 from tests.sim.renderer import needs_renderer
 from tests.sim.sweep.sweep_suites import HERE, suite
 
@@ -40,10 +40,6 @@ start = [0.6]
 physics = 0.005
 control = 0.01
 """
-
-
-def call(*arguments: object) -> None:
-    app(args=[str(part) for part in arguments], prog_name="okiagari", standalone_mode=False)
 
 
 def hardest_pushes(rows: list[dict[str, Any]], controller: str | None = None) -> list[Hardest]:

@@ -11,9 +11,9 @@ from scenarios.catalogue import load
 from sim.report.failures import film_strip
 from sim.report.report import REPORT, write_report
 from sim.viz.film_strip import FRAMES
-from tests.sim.analysis.sweep_tables import adaptive, folder_of, row, threshold_law
+from tests.sim.analysis.sweep_tables import LIMITS, adaptive, folder_of, row, threshold_law
+from tests.sim.program import call
 from tests.sim.renderer import needs_renderer
-from tests.sim.report.test_report import LIMITS, call
 
 
 @needs_renderer
