@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from controllers.fields import Strict
-from models.errors import InputError
+from models.errors import InputError, with_kind
 
 _BY_PATH = re.compile(r"(?P<file>.+\.py):(?P<cls>[A-Za-z_]\w*)")
 
@@ -187,7 +187,7 @@ def _told(error: Exception, path: Path | None = None) -> str:
     """An error in one line, with the line of the file that it came from."""
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
     where = f"line {lines[-1]}: " if lines else ""
-    return f"{where}{type(error).__name__}: {' '.join(str(error).split())}"
+    return where + with_kind(error)
 
 
 CONTROLLERS = Registry(

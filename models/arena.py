@@ -9,9 +9,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import InputError
+from models.errors import InputError, one_line
 
 FLOOR = "floor"
+TRUNK = "trunk"
 Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")
 CAMERAS = ("three_quarter", "side", "front", "top")
@@ -43,7 +44,7 @@ def build_arena(robot_xml: Path, *, timestep: float = 0.001) -> mujoco.MjSpec:
     try:
         spec = mujoco.MjSpec.from_file(str(robot_xml))
     except (ValueError, OSError, mujoco.FatalError) as error:
-        raise InputError(f"{robot_xml}: not a readable MJCF robot: {' '.join(str(error).split())}") from None
+        raise InputError(f"{robot_xml}: not a readable MJCF robot: {one_line(error)}") from None
 
     spec.option.timestep = timestep
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -96,7 +97,7 @@ def _add_sole_sensors(spec: mujoco.MjSpec) -> None:
     # MuJoCo works out the speed of the COG only if a sensor asks for it.
     if not any(sensor.type == mujoco.mjtSensor.mjSENS_SUBTREELINVEL for sensor in spec.sensors):
         kind, body = mujoco.mjtSensor.mjSENS_SUBTREELINVEL, mujoco.mjtObj.mjOBJ_BODY
-        spec.add_sensor(name="cog_velocity", type=kind, objtype=body, objname="trunk")
+        spec.add_sensor(name="cog_velocity", type=kind, objtype=body, objname=TRUNK)
     spec.add_sensor(
         name=FLOOR,
         type=mujoco.mjtSensor.mjSENS_CONTACT,

@@ -12,13 +12,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arena import FLOOR, SIDES
+from models.arena import FLOOR, SIDES, TRUNK
 from models.errors import InputError
 
 Array = NDArray[np.float64]
 
 FREE_JOINT = "root_joint"
-TRUNK = "trunk"
 STAND = "stand"
 GRAVITY = (0.1, 100.0)
 """Strength of a gravity that a robot can stand in [m/s^2]; that of the Moon is 1.6."""

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.arena import SIDES, build_arena
+from models.arena import TRUNK as TRUNK
 from models.arena import Side as Side  # re-exported: a side is a fact of a robot
 from models.conventions import FREE_JOINT as FREE_JOINT
 from models.conventions import STAND as STAND
-from models.conventions import TRUNK as TRUNK
 from models.conventions import check_conventions, leg_chain
-from models.errors import InputError
+from models.errors import InputError, one_line
 from models.flat import fingerprint, flat_mjcf
 
 Array = NDArray[np.float64]
@@ -149,7 +149,7 @@ def load_robot(name: str) -> Robot:
         mujoco.set_mju_user_warning(former)
     said += [str(each.message) for each in caught]
     if said:
-        raise InputError(f"{path}: MuJoCo warns: {' '.join(said[0].split())}")
+        raise InputError(f"{path}: MuJoCo warns: {one_line(said[0])}")
     return robot
 
 
@@ -159,7 +159,7 @@ def _compiled(path: Path) -> mujoco.MjModel:
         given = next((len(key.qpos) for key in spec.keys if key.name == STAND), None)
         model = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
-        raise InputError(f"{path}: {' '.join(str(error).split())}") from None
+        raise InputError(f"{path}: {one_line(error)}") from None
     # MuJoCo fills up a short one.
     if given not in (None, model.nq):
         raise InputError(f"{path}: the keyframe {STAND!r} has {given} numbers in qpos; it must have {model.nq}")

@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any, Literal
 
-from models.errors import InputError
+from models.errors import InputError, one_line
 from scenarios.error_messages import near
 
 Kind = Literal["scenario", "suite"]
@@ -61,7 +61,7 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except ValueError as error:  # of the encoding, or of TOML
-        raise InputError(f"{path}: not a TOML file: {' '.join(str(error).split())}") from None
+        raise InputError(f"{path}: not a TOML file: {one_line(error)}") from None
     except RecursionError:
         fields = {}
         deep = True

@@ -96,6 +96,12 @@ class Push(Strict):
         x, y, _ = self.unit
         return math.degrees(math.atan2(y, x))
 
+    @property
+    def axis(self) -> int:
+        """Which way it goes the most, horizontally: 0 for x, 1 for y."""
+        x, y, _ = np.abs(self.unit)
+        return 0 if x >= y else 1
+
     def impulse_vector(self, mass: float) -> NDArray[np.float64]:
         """The asked impulse.
 

@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 import pyarrow as pa
 
-from models.errors import InputError
+from models.errors import InputError, one_line
 from sim.analysis.frame import as_frame, distinct, load_rows, records, recovered
 from sim.analysis.summary import is_finished
 from sim.analysis.thresholds import thresholds
@@ -119,7 +119,7 @@ def read_baseline(path: Path) -> Baseline:
             rows=as_frame(pa.Table.from_pylist(rows, schema=SCHEMA)),
         )
     except (KeyError, TypeError, pa.ArrowInvalid) as error:
-        raise BaselineError(f"{path}: damaged baseline: {' '.join(str(error).split())} is missing or wrong") from None
+        raise BaselineError(f"{path}: damaged baseline: {one_line(error)} is missing or wrong") from None
     if lacking or not rows:
         raise BaselineError(
             f"{path}: damaged baseline: {f'an episode lacks {lacking[0]!r}' if lacking else 'no episode'}"

@@ -40,6 +40,22 @@ class Shift:
     after: Threshold
     levels: int
 
+    @property
+    def whose(self) -> str:
+        """Which threshold, in words."""
+        where = "".join(f", {name} {value}" for name, value in self.after.case.items())
+        return f"threshold of {self.after.controller} to {self.after.direction_deg:g}°{where}"
+
+    @property
+    def words(self) -> str:
+        """What it was and is."""
+        return f"{self.before.delta_v:g} m/s then, {self.after.delta_v:g} m/s now"
+
+    @property
+    def dropped(self) -> bool:
+        """Whether it is lower by more than one level, which fails the check."""
+        return self.levels < -1
+
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
@@ -86,7 +102,7 @@ class Comparison:
     @property
     def dropped(self) -> list[Shift]:
         """Thresholds that dropped by more than one level."""
-        return [shift for shift in self.shifts if shift.levels < -1]
+        return [shift for shift in self.shifts if shift.dropped]
 
     @property
     def worse(self) -> bool:
@@ -165,10 +181,7 @@ def as_dict(result: Comparison) -> dict[str, Any]:
 def junit(result: Comparison, then: Baseline) -> bytes:
     """A comparison as JUnit's XML: one case for recovery as a whole, one for each threshold that moved."""
     cases = [("recovery", result.counts, result.worse_overall)]
-    for shift in result.shifts:
-        one = shift.after
-        words = f"{shift.before.delta_v:g} m/s then, {one.delta_v:g} m/s now"
-        cases.append((f"threshold of {one.controller} to {one.direction_deg:g}", words, shift.levels < -1))
+    cases += [(shift.whose, shift.words, shift.dropped) for shift in result.shifts]
     suite = ElementTree.Element("testsuite", name=f"okiagari check {then.suite}", tests=str(len(cases)))
     suite.set("failures", str(sum(failed for _, _, failed in cases)))
     for name, words, failed in cases:

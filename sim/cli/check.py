@@ -111,14 +111,8 @@ def _print(result: Comparison, then: Baseline, folder: Path) -> None:
     if result.unpaired:
         console.print(f"  {result.unpaired} episodes that the baseline does not have were left out")
     for shift in result.shifts:
-        one = shift.after
-        where = "".join(f", {name} {value}" for name, value in one.case.items())
-        console.print(
-            f"  threshold of {one.controller} to {one.direction_deg:g}°{where}: "
-            f"{shift.before.delta_v:g} m/s then, {one.delta_v:g} m/s now",
-            end="",
-        )
-        console.print(" more than one step" if shift.levels < -1 else "", style="red")
+        console.print(f"  {shift.whose}: {shift.words}", end="")
+        console.print(" more than one step" if shift.dropped else "", style="red")
     if result.lost:
         console.print("fewer pushes survived:" if result.trains else "no longer recovered:")
     for row in result.lost:

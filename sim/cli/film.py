@@ -66,14 +66,12 @@ def render(
     note = why_no_video()
     if note:
         raise InputError(note)
-    from sim.viz.video import HOLD, render_episode
+    from sim.viz.video import render_episode
 
     real = real_path(path, "--out")
     frame = (int(match[1]), int(match[2]))
     with made_parents(real, "--out"), progress_bar("filming", 1.0) as progress:
-        render_episode(
-            trace, real, camera=camera, size=frame, fps=fps, slow=slow, span=span, hold=HOLD, progress=progress
-        )
+        render_episode(trace, real, camera=camera, size=frame, fps=fps, slow=slow, span=span, progress=progress)
     print(path)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -80,18 +79,12 @@ def run(
     if video and note:
         raise InputError(f"--video: {note}")
     place = f"{name}-{chosen.world}" + (f"-{chosen.controller.short.replace(':', '-')}" if controller else "")
-    with _claimed(place, out, overwrite=overwrite) as (folder, stage):
+    claim = run_folder.claimed_free(place) if out is None else run_folder.claimed_at(out, overwrite=overwrite)
+    with claim as (folder, stage):
         result = _write(chosen, stage, film=video is not False and note is None)
     _report(name, result, folder)
     if note:
         print(f"okiagari: {note}", file=sys.stderr)
-
-
-def _claimed(name: str, out: Path | None, *, overwrite: bool) -> AbstractContextManager[tuple[Path, Path]]:
-    """The folder that the run will be, and the one to write into."""
-    if out is None:
-        return run_folder.claimed_free(name)
-    return run_folder.claimed_at(out, overwrite=overwrite)
 
 
 def _write(scenario: Scenario, stage: Path, *, film: bool) -> EpisodeResult:
@@ -104,10 +97,10 @@ def _write(scenario: Scenario, stage: Path, *, film: bool) -> EpisodeResult:
     run_folder.write_records(stage, result)
     draw_episode(result, stage / run_folder.FIGURE)
     if film:
-        from sim.viz.video import HOLD, render_episode
+        from sim.viz.video import render_episode
 
         with progress_bar("filming", 1.0) as progress:
-            render_episode(result.trace, stage / run_folder.VIDEO, hold=HOLD, progress=progress)
+            render_episode(result.trace, stage / run_folder.VIDEO, progress=progress)
     return result
 
 

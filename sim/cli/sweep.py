@@ -16,6 +16,7 @@ from scenarios.schema import World
 from scenarios.suite import MANY
 from scenarios.suite_catalogue import LoadedSuite, in_world, load_suite, shipped, with_controllers
 from scenarios.variants import CHANGEABLE, DECIDED
+from sim.cli.film import why_no_video
 from sim.cli.names import named
 from sim.cli.numbers import positive
 from sim.cli.scenario_option import assigned
@@ -151,9 +152,7 @@ def replay(
         run_folder.check_target(target, overwrite=out is None)
         check_writable(target / run_folder.OUTCOME, "--out")
     if video:
-        from sim.viz.video import missing_renderer
-
-        note = missing_renderer()
+        note = why_no_video()
         if note:
             raise InputError(f"--video: {note}")
     if again.crashed(row):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from controllers.interface import BalanceCommand, FootReference, FootState, JointTargets, Observation
 from models.arena import SIDES
-from models.errors import OkiagariError
+from models.errors import OkiagariError, one_line
 from models.robot import Robot, load_robot
 from scenarios.catalogue import check_against
 from scenarios.schema import Scenario
@@ -64,7 +64,7 @@ class PushRecovery(control.Task):
         try:
             self._spec.validate(action)
         except ValueError as error:
-            raise ActionError(f"action ({self.kind}): {' '.join(str(error).split())}") from None
+            raise ActionError(f"action ({self.kind}): {one_line(error)}") from None
         if not np.isfinite(action).all():
             raise ActionError(f"action ({self.kind}): entry {int(np.argmin(np.isfinite(action)))} is not finite")
         if self.kind == "balance":

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from controllers.fields import Strict
 from controllers.interface import BalanceController, JointController, Setting, WholeBodyLayer
 from controllers.registry import CONTROLLERS, LAYERS, Entry
-from models.errors import InputError, OkiagariError
+from models.errors import InputError, OkiagariError, one_line, with_kind
 from models.robot import Robot
 from scenarios.choice import SHARED, Choice
 from scenarios.error_messages import first_error
@@ -73,9 +73,8 @@ def _built(entry: Entry, field: str, *arguments: Any) -> Any:
     except InputError:
         raise
     except OkiagariError as error:
-        raise InputError(f"{field}: {entry.short!r} cannot be built: {' '.join(str(error).split())}") from error
+        raise InputError(f"{field}: {entry.short!r} cannot be built: {one_line(error)}") from error
     except Exception as error:
         if entry.is_shipped:
             raise
-        what = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        raise InputError(f"{field}: {entry.short!r} cannot be built: {what}") from error
+        raise InputError(f"{field}: {entry.short!r} cannot be built: {with_kind(error)}") from error

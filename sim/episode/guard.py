@@ -9,7 +9,7 @@ import numpy as np
 
 from controllers.interface import BalanceCommand, FootReference, JointTargets, Observation
 from models.arena import SIDES
-from models.errors import InputError, OkiagariError
+from models.errors import InputError, OkiagariError, with_kind
 
 _FOOT = ("position", "velocity", "acceleration")
 
@@ -39,8 +39,7 @@ class Guard:
         except Exception as error:
             if not self._foreign:
                 raise
-            what = f"{type(error).__name__}: {' '.join(str(error).split())}"
-            raise InputError(f"{self._who}: tick {tick}: {call.__name__}() raised {what}") from error
+            raise InputError(f"{self._who}: tick {tick}: {call.__name__}() raised {with_kind(error)}") from error
 
     def check_command(self, command: Any, tick: int, observation: Observation) -> BalanceCommand:
         """A command that can be carried out.

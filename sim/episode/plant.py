@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controllers.interface import BalanceCommand, JointTargets, Observation, WholeBodyLayer
 from controllers.registry import LAYERS
-from models.errors import InputError, OkiagariError
+from models.errors import InputError, OkiagariError, one_line
 from models.robot import Robot
 from scenarios.schema import Scenario
 from sim.episode.build import layer_of, make_layer
@@ -190,8 +190,8 @@ class HumanoidPlant:
         try:
             self.world.physics.step(self.world.substeps)
         except PhysicsError as error:
-            what = " ".join(str(error).split())
-            raise InputError(f"timing.physics: at {self.world.time:g} s the simulation diverged: {what}") from error
+            at = f"at {self.world.time:g} s the simulation diverged"
+            raise InputError(f"timing.physics: {at}: {one_line(error)}") from error
 
     def end(self) -> Effort:
         """See `Plant`."""

@@ -29,7 +29,7 @@ from scenarios.push import Push
 from scenarios.schema import Scenario
 from sim.episode.plant import Action, Condition, Effort, Plant
 from sim.episode.push_record import PushRecord, check_delivered
-from sim.episode.set_polygons import Plane, SetPolygon, admissible_polygons
+from sim.episode.set_polygons import PLANES, SetPolygon, admissible_polygons
 from sim.episode.step_count import StepCount
 from sim.record.motors import MotorLog, MotorUse
 from sim.record.outcome import EarlyEnd
@@ -219,8 +219,7 @@ class Recording:
         if self._regional is None:
             return
         begin = time.perf_counter()
-        along = np.abs(push.unit)
-        plane: Plane = "x-xdot" if along[0] >= along[1] else "y-ydot"
+        plane = tuple(PLANES)[push.axis]
         self.set_polygons += admissible_polygons(self._regional, self._robot, x, push=index + 1, planes=(plane,))
         self.aside += time.perf_counter() - begin
 

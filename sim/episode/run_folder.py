@@ -105,7 +105,7 @@ def claimed_free(name: str, root: Path = Path("out")) -> Iterator[tuple[Path, Pa
     for number in itertools.count(1):
         target = root / (name if number == 1 else f"{name}-{number}")
         with ExitStack() as stack:
-            if target.exists() and any(target.iterdir()):
+            if os.path.lexists(target) and not (target.is_dir() and not any(target.iterdir())):
                 continue
             try:
                 stage = stack.enter_context(claimed(target))

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from models.errors import InputError
+from models.errors import InputError, one_line
 from sim.record.parquet import read_parquet
 
 Array = NDArray[np.float64]
@@ -126,9 +126,9 @@ def load_trace(path: str | Path) -> Trace:
         # From memory, so that a file that another process replaces meanwhile cannot be read by halves.
         table = read_parquet(Path(path).read_bytes())
     except OSError as error:
-        raise TraceFileError(f"{path}: cannot be read: {error.strerror or _one_line(error)}") from None
+        raise TraceFileError(f"{path}: cannot be read: {error.strerror or one_line(error)}") from None
     except pa.ArrowException as error:
-        raise TraceFileError(f"{path}: not a readable trace: {_one_line(error)}") from None
+        raise TraceFileError(f"{path}: not a readable trace: {one_line(error)}") from None
     schema = table.schema
     missing = [name for name in TRACE_CHANNELS if name not in schema.names]
     if missing or _KEY not in (schema.metadata or {}):
@@ -141,10 +141,6 @@ def load_trace(path: str | Path) -> Trace:
         units={field.name: field.metadata[b"unit"].decode() for field in schema},
         metadata=json.loads(schema.metadata[_KEY]),
     )
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())
 
 
 class TraceRecorder:

@@ -12,7 +12,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from models.errors import InputError
+from models.errors import InputError, one_line
 from sim.record.parquet import read_parquet
 from sim.results.checksum import BLANK, add_checksum, has_checksum, is_intact
 from sim.results.columns import COLUMNS, LATER, SCHEMA
@@ -67,7 +67,7 @@ def read_file(path: Path) -> pa.Table:
 
 
 def _damaged(path: Path, error: object) -> ResultsError:
-    why = " ".join(str(error).split()).rstrip(".")
+    why = one_line(error).rstrip(".")
     then = f"makes it anew from {ROWS}" if path.name == RESULTS else "runs its episodes anew and no others"
     return ResultsError(f"{path}: damaged: {why}; delete it and repeat the sweep, which {then}")
 

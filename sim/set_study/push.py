@@ -135,7 +135,7 @@ def draw_push_course(walk: Walk, result: EpisodeResult) -> Figure:
     FigureCanvasAgg(figure)
     place = figure.add_gridspec(1, 1, left=0.075, right=0.985, top=0.81, bottom=0.01)[0]
     playback = Playback(result.trace)
-    draw_course(figure, place, playback, result.outcome)
+    draw_course(figure, place, playback)
     # A push of one tick is thinner than a pixel; the first axes are the strip, then x and y.
     for panel in figure.axes[1:3]:
         for push in playback.pushes:

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 
-from models.errors import InputError
+from models.errors import InputError, one_line
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 CONNECT = 10.0
@@ -79,7 +79,7 @@ def cluster(address: str) -> Iterator[Workers]:
         resolve_address(address)  # a client of an address that is none makes trouble even when it is thrown away
         client = Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
-        why = " ".join(str(error).split()) or type(error).__name__
+        why = one_line(error) or type(error).__name__
         raise InputError(f"--cluster: no scheduler answers at {address!r}: {why}") from None
     try:
         count = len(client.scheduler_info(n_workers=-1)["workers"])

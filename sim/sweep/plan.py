@@ -79,14 +79,14 @@ def plan(loaded: LoadedSuite) -> list[Series]:
     Raises:
         InputError: if one of them is impossible.
     """
-    suite, adaptive = loaded.suite, loaded.suite.adaptive
+    suite, adaptive, size = loaded.suite, loaded.suite.adaptive, loaded.suite.size_axis or ""
     check = _checker(loaded)
     groups: dict[str, list[PlannedEpisode]] = {}
     for asked, design in itertools.product(_conditions(loaded), _designs(loaded)):
         for replica in range(suite.replicas):
             parameters = asked | {"replica": replica} | design
             name = _hash(loaded, parameters)
-            alike = {key: value for key, value in parameters.items() if key != suite.size_axis}
+            alike = {key: value for key, value in parameters.items() if key != size}
             if adaptive is None:
                 series = name
             elif adaptive.each_replica:
@@ -102,7 +102,6 @@ def plan(loaded: LoadedSuite) -> list[Series]:
     assert len(set(names)) == len(names), "two episodes of one name"
     if adaptive is None:
         return [Series(name=name, episodes=tuple(group)) for name, group in groups.items()]
-    size = suite.size_axis or ""
     grown = {
         name: tuple(sorted(group, key=lambda episode: (episode.parameters[size], episode.parameters["replica"])))
         for name, group in groups.items()

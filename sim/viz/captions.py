@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from sim.record.outcome import judge
 from sim.record.palette import COG, DCM, PHASES, PUSH, SUPPORT, ZMP
 from sim.viz.glyphs import drawable, font_file
 from sim.viz.playback import Playback
@@ -46,7 +45,7 @@ class Caption:
         self._panel = lru_cache(maxsize=512)(self._draw_panel)
         self._clock = lru_cache(maxsize=16)(self._draw_clock)
         self._banner = lru_cache(maxsize=64)(self._draw_banner)
-        self._fell_at = judge(playback.trace).time_of_fall
+        self._fell_at = playback.outcome.time_of_fall
 
     def write(self, frame: Frame, tick: int) -> None:
         """Write the words of a tick onto a frame (height, width, 3), in place."""

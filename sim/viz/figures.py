@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from sim.episode.set_polygons import PLANES, Plane, SetPolygon
-from sim.record.outcome import Outcome, Result, judge
+from sim.record.outcome import Result
 from sim.record.trace import Trace
 from sim.viz.glyphs import drawable
 from sim.viz.phase_plane import draw_plane
@@ -49,7 +49,6 @@ def episode_figure(result: Episode) -> Figure:
         result: its trace and its sets.
     """
     playback = Playback(result.trace)
-    outcome = judge(result.trace)
     figure = Figure(figsize=_INCHES, dpi=_DPI, facecolor="white")
     FigureCanvasAgg(figure)
     halves = figure.add_gridspec(
@@ -65,8 +64,8 @@ def episode_figure(result: Episode) -> Figure:
         sets = [polygon for polygon in result.set_polygons if polygon.plane == plane]
         axes, legend = figure.add_subplot(cell[0]), figure.add_subplot(cell[1])
         draw_plane(axes, legend, playback, sets, axis=0 if plane == "x-xdot" else 1)
-    draw_course(figure, halves[1], playback, outcome)
-    _title(figure, playback, outcome)
+    draw_course(figure, halves[1], playback)
+    _title(figure, playback)
     return figure
 
 
@@ -74,8 +73,8 @@ def _has(result: Episode, plane: Plane) -> bool:
     return any(polygon.plane == plane for polygon in result.set_polygons)
 
 
-def _title(figure: Figure, playback: Playback, outcome: Outcome) -> None:
-    scenario = playback.scenario
+def _title(figure: Figure, playback: Playback) -> None:
+    scenario, outcome = playback.scenario, playback.outcome
     whole_body = f", whole body {scenario.whole_body}" if scenario.world == "humanoid" else ""
     setting = (
         f"{playback.trace.metadata['robot']['name']}, {scenario.world} world, controller {scenario.controller}"

@@ -35,7 +35,7 @@ def strip_frames(shown: Trace) -> list[tuple[float, Frame]]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "strip.mp4"
         # Slow motion gives the moments; the rate of the film itself does not matter.
-        render_episode(shown, path, size=_SIZE, fps=10.0, slow=rate / 10.0, explained_once=True)
+        render_episode(shown, path, size=_SIZE, fps=10.0, slow=rate / 10.0, hold=0.0, explained_once=True)
         # Not mediapy, whose way to ask ffmpeg for the size fails since ffmpeg 8.
         film = imageio_ffmpeg.read_frames(str(path))
         next(film)  # what the file says of itself

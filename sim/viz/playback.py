@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from controllers.geometry.support_polygon import Foot, support_polygon
 from controllers.interface import Phase
 from models.arena import SIDES, Side
 from scenarios.schema import Scenario
+from sim.record.outcome import Outcome, judge
 from sim.record.trace import Trace
 
 Array = NDArray[np.float64]
@@ -67,6 +69,11 @@ class Playback:
         self.feet = {side: _columns(trace, side + "_{}", ("x", "y", "z", "yaw")) for side in SIDES}
         self.supporting = {side: trace[f"{side}_force"] > _LOADED * self.weight for side in SIDES}
 
+    @cached_property
+    def outcome(self) -> Outcome:
+        """The verdict."""
+        return judge(self.trace)
+
     @property
     def is_humanoid(self) -> bool:
         """Whether the trace holds the pose of a whole body."""
@@ -115,9 +122,9 @@ class Playback:
 
     def _marks(self) -> Iterator[PushMark]:
         for number, push in enumerate(self.scenario.pushes, start=1):
-            impulse, (x, y, _) = float(np.linalg.norm(push.impulse_vector(self.mass))), np.abs(push.unit)
+            impulse = float(np.linalg.norm(push.impulse_vector(self.mass)))
             size = {"impulse": impulse, "delta_v": impulse / self.mass}
-            yield PushMark(number=number, axis=0 if x >= y else 1, start=push.start, end=push.end, **size)
+            yield PushMark(number=number, axis=push.axis, start=push.start, end=push.end, **size)
 
 
 def _columns(trace: Trace, pattern: str, names: str | tuple[str, ...]) -> Array:

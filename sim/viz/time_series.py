@@ -14,7 +14,6 @@ from matplotlib.patches import Patch
 
 from controllers.interface import Phase
 from models.arena import SIDES
-from sim.record.outcome import Outcome
 from sim.record.palette import COG, FEET, PHASES, PUSH, SUPPORT, ZMP, ZMP_COMMAND
 from sim.viz.playback import Playback
 from sim.viz.time_scale import NARROWER, TimeScale, time_scale
@@ -23,14 +22,13 @@ _FOOT_LINES: dict[str, Literal["-", "--"]] = {"left": "-", "right": "--"}
 _WIDE_LABEL, _WIDE_NAME = 0.13, 0.11  # of the time axis, that a push's and a controller's words need
 
 
-def draw_course(figure: Figure, place: SubplotSpec, playback: Playback, outcome: Outcome) -> None:
+def draw_course(figure: Figure, place: SubplotSpec, playback: Playback) -> None:
     """Draw a strip with the active controller and, under it, x and y over time.
 
     Args:
         figure: to draw in.
         place: the part of it to fill.
         playback: the episode.
-        outcome: its verdict; a fall is marked.
     """
     halves = place.subgridspec(2, 1, height_ratios=(9.0, 0.6), hspace=0.19)
     rows = halves[0].subgridspec(3, 1, height_ratios=(0.35, 4, 4), hspace=0.13)
@@ -45,14 +43,14 @@ def draw_course(figure: Figure, place: SubplotSpec, playback: Playback, outcome:
         _draw_axis(panel, playback, axis)
         for push in playback.pushes:
             panel.axvspan(push.start, push.end, color=PUSH, alpha=0.35, linewidth=0, zorder=1)
-        if outcome.time_of_fall is not None:
-            panel.axvline(outcome.time_of_fall, color="black", linestyle=":", linewidth=1.5, zorder=6)
+        if playback.outcome.time_of_fall is not None:
+            panel.axvline(playback.outcome.time_of_fall, color="black", linestyle=":", linewidth=1.5, zorder=6)
     panels[0].tick_params(labelbottom=False)
     narrow = f" (shaded: quiet, drawn {NARROWER:g} times narrower)" if scale.quiet else ""
     panels[1].set_xlabel(f"time [s]{narrow}", fontsize=11)
     legend = figure.add_subplot(halves[1])
     legend.axis("off")
-    legend.legend(handles=_keys(playback, outcome), loc="center", ncol=5, fontsize=9.5, frameon=False)
+    legend.legend(handles=_keys(playback), loc="center", ncol=5, fontsize=9.5, frameon=False)
 
 
 def _draw_phases(strip: Axes, playback: Playback, scale: TimeScale) -> None:
@@ -113,7 +111,7 @@ def _draw_axis(panel: Axes, playback: Playback, axis: int) -> None:
     panel.set_axisbelow(True)
 
 
-def _keys(playback: Playback, outcome: Outcome) -> list[Line2D | Patch]:
+def _keys(playback: Playback) -> list[Line2D | Patch]:
     keys: list[Line2D | Patch] = [
         Line2D([], [], color=COG, linewidth=2.2, label="COG"),
         Line2D([], [], color=ZMP, linewidth=1.2, label="ZMP measured"),
@@ -125,6 +123,6 @@ def _keys(playback: Playback, outcome: Outcome) -> list[Line2D | Patch]:
         keys.append(Patch(color=PUSH, alpha=0.35, label="push"))
     active = {phase for _, _, phase in playback.phases()}
     keys += [Patch(color=PHASES[phase], label=phase.name.lower()) for phase in Phase if phase in active]
-    if outcome.time_of_fall is not None:
+    if playback.outcome.time_of_fall is not None:
         keys.append(Line2D([], [], color="black", linestyle=":", label="fell"))
     return keys

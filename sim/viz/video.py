@@ -24,9 +24,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from models.arena import CAMERAS, FLOOR, build_arena
-from models.errors import InputError
+from models.errors import InputError, one_line
 from models.robot import FREE_JOINT, robot_path
-from sim.record.outcome import judge
 from sim.record.trace import Trace
 from sim.viz.captions import Caption
 from sim.viz.overlay import Overlay
@@ -42,7 +41,7 @@ SIZES = (160, 3840)  # [px] smallest and largest side of a frame
 _FOLLOW = 0.3  # [s] over which the camera averages the way of the COG
 _MAX_GEOMS = 1000
 HOLD = 1.0
-"""How long the last frame of a fall stays in the video of a run [s]."""
+"""How long the last frame of a fall stays [s]."""
 _IN_WORK = 4  # frames that may wait for words and ffmpeg while the next is drawn
 _FLOOR_COLOUR, _FLOOR_SIZE = (0.74, 0.755, 0.77, 1.0), (40.0, 40.0, 40.0)
 
@@ -55,7 +54,7 @@ def missing_renderer() -> str | None:
     try:
         _open_gl(64, 64).free()
     except Exception as error:  # noqa: BLE001 - drivers fail in their own ways: ImportError, AttributeError, GLError
-        reason = (" ".join(str(error).split()) or type(error).__name__).rstrip(".")
+        reason = (one_line(error) or type(error).__name__).rstrip(".")
         return (
             "no video: MuJoCo cannot draw without a screen through EGL here; on Debian install "
             f"libegl1, libegl-mesa0, libopengl0 and libgl1-mesa-dri ({reason})"
@@ -65,7 +64,7 @@ def missing_renderer() -> str | None:
     try:
         imageio_ffmpeg.get_ffmpeg_exe()
     except RuntimeError as error:
-        return f"no video: the ffmpeg of imageio-ffmpeg is missing; install ffmpeg ({' '.join(str(error).split())})"
+        return f"no video: the ffmpeg of imageio-ffmpeg is missing; install ffmpeg ({one_line(error)})"
     return None
 
 
@@ -78,7 +77,7 @@ def render_episode(
     fps: float = 60.0,
     slow: float = 1.0,
     span: tuple[float, float] = (0.0, math.inf),
-    hold: float = 0.0,
+    hold: float = HOLD,
     explained_once: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> None:
@@ -106,7 +105,7 @@ def render_episode(
     ticks = [tick for tick in _ticks(playback, fps * slow) if first <= playback.time[tick] <= last]
     if not ticks:
         raise InputError(f"no frame lies between {first:g} s and {last:g} s at {fps:g} frames a second")
-    if hold and judge(trace).time_of_fall is not None and last >= playback.time[-1]:
+    if hold and playback.outcome.time_of_fall is not None and last >= playback.time[-1]:
         # A fall ends the episode: without a moment more nobody could read how.
         ticks += [len(trace) - 1] * round(hold * fps)
     caption = Caption(playback, size, explained_once=explained_once)

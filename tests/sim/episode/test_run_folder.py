@@ -144,11 +144,13 @@ def test_file_cannot_be_the_folder(tmp_path: Path) -> None:
 def test_the_first_name_that_nobody_has_is_claimed(tmp_path: Path) -> None:
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / SCENARIO).write_text("mine")
-    with claimed_free("run", tmp_path) as (second, stage), claimed_free("run", tmp_path) as (third, _):
-        assert (second, third) == (tmp_path / "run-2", tmp_path / "run-3")
+    (tmp_path / "run-2").write_text("a file")
+    (tmp_path / "run-3").symlink_to("nowhere")
+    with claimed_free("run", tmp_path) as (first, stage), claimed_free("run", tmp_path) as (second, _):
+        assert (first, second) == (tmp_path / "run-4", tmp_path / "run-5")
         (stage / SCENARIO).write_text("x")
     assert (tmp_path / "run" / SCENARIO).read_text() == "mine"
-    assert sorted(os.listdir(tmp_path)) == ["run", "run-2", "run-3"]
+    assert sorted(os.listdir(tmp_path)) == [f"run{n}" for n in ("", "-2", "-3", "-4", "-5")]
 
 
 def test_a_target_is_claimed_from_the_beginning(tmp_path: Path) -> None:
