@@ -11,6 +11,7 @@ import typer
 
 from controllers.registry import CONTROLLERS, LAYERS
 from models.errors import InputError
+from scenarios.catalogue import find
 from scenarios.push import Push
 from scenarios.schema import Scenario, World
 from sim.cli.film import why_no_video
@@ -81,7 +82,10 @@ def run(
     place = f"{name}-{chosen.world}" + (f"-{chosen.controller.short.replace(':', '-')}" if controller else "")
     claim = run_folder.claimed_free(place) if out is None else run_folder.claimed_at(out, overwrite=overwrite)
     with claim as (folder, stage):
-        result = _write(chosen, stage, film=video is not False and note is None)
+        try:
+            result = _write(chosen, stage, film=video is not False and note is None)
+        except InputError as error:
+            raise InputError(f"{find(scenario)}: {error}") from error
     _report(name, result, folder)
     if note:
         print(f"okiagari: {note}", file=sys.stderr)

@@ -59,6 +59,9 @@ def _assignment(text: str) -> tuple[str, Any]:
     if not equals or not field.strip():
         raise InputError(f"--set: {text!r} is not of the form field=value, for instance stepping.max_steps=2")
     try:
-        return field.strip(), tomllib.loads(f"value = {value}")["value"]
-    except (tomllib.TOMLDecodeError, KeyError):
+        read = tomllib.loads(f"value = {value}")
+    except tomllib.TOMLDecodeError:
         return field.strip(), value.strip()
+    if list(read) != ["value"]:
+        raise InputError(f"--set: {text!r} holds more than one field; give each a --set of its own")
+    return field.strip(), read["value"]

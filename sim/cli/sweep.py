@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +24,8 @@ from sim.cli.numbers import positive
 from sim.cli.scenario_option import assigned
 
 # What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
+
+_LONGEST_NAME = 40  # of an assignment in a folder's name
 
 
 def register(app: typer.Typer) -> None:
@@ -76,7 +80,7 @@ def sweep(
     called = [f"sweep-{loaded.name}"]
     if assignments:
         loaded = _with_base(loaded, assignments)
-        called += [text.replace("=", "-").replace("/", "-") for text in assignments]
+        called += map(_as_name, assignments)
     if world is not None:
         loaded, called = in_world(loaded, world), [*called, world]
     if controller:
@@ -85,6 +89,14 @@ def sweep(
     folder = out if out is not None else Path("out") / "-".join(called)
     run_suite(loaded, folder, workers=workers, cluster=cluster, many=yes)
     _report(folder)
+
+
+def _as_name(assignment: str) -> str:
+    """Part of a folder's name."""
+    name = re.sub(r"[^\w.+-]+", "-", assignment).strip("-")
+    if len(name) > _LONGEST_NAME:
+        return f"{name[:_LONGEST_NAME]}-{hashlib.sha256(assignment.encode()).hexdigest()[:8]}"
+    return name
 
 
 def _with_base(loaded: LoadedSuite, assignments: list[str]) -> LoadedSuite:

@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 Plane = Literal["x-xdot", "y-ydot"]
 Name = Literal["regulator", "tracking"]
 
+_SAME = 1e-9  # [m], [m/s]
+
 PLANES: dict[Plane, tuple[int, int]] = {"x-xdot": (0, 1), "y-ydot": (2, 3)}
 
 
@@ -31,6 +33,7 @@ class SetPolygon:
         plane: its axes; position [m] and velocity [m/s] of the COG in the world, relative to nothing.
         kind: "slice" at the other axis' measured state, or "projection" over all of its states.
         vertices: (n, 2) in order around it; n = 0 if the set is empty there.
+        cut: (n,) whether the edge from each vertex to the next is no edge of the set, but where the legs end.
     """
 
     name: Name
@@ -38,6 +41,7 @@ class SetPolygon:
     plane: Plane = "x-xdot"
     kind: Literal["slice", "projection"]
     vertices: Array
+    cut: NDArray[np.bool_]
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64).reshape(-1, 2)
@@ -60,20 +64,21 @@ def admissible_polygons(
         planes: which planes to cut.
     """
     regions = controller.regions(x)
-    return tuple(
-        SetPolygon(name=region.name, push=push, plane=plane, kind="slice", vertices=_cut(region, plane, x, robot))
-        for plane in planes
-        for region in regions
-    )
+    return tuple(_slice(region, plane, x, robot, push) for plane in planes for region in regions)
 
 
-def _cut(region: Region, plane: Plane, x: Array, robot: Robot) -> Array:
-    """Corners of a slice within what the legs allow."""
+def _slice(region: Region, plane: Plane, x: Array, robot: Robot, push: int) -> SetPolygon:
+    """A slice within what the legs allow."""
     axes = PLANES[plane]
     room, middle = np.full(4, np.inf), np.zeros(4)
     room[list(axes)], middle[0::2] = leg_bounds(robot), region.centre
     bounded = region.states.intersect(Polytope.box(middle - room, middle + room))
     try:
-        return bounded.slice(axes, x).vertices()
+        vertices = bounded.slice(axes, x).vertices()
     except EmptyPolytopeError:
-        return np.empty((0, 2))
+        vertices = np.empty((0, 2))
+    # Both ends of an edge are at the same bound.
+    away = vertices - middle[list(axes)]
+    at_bound = np.abs(np.hstack((away - room[list(axes)], away + room[list(axes)]))) < _SAME
+    cut = (at_bound & np.roll(at_bound, -1, axis=0)).any(axis=1)
+    return SetPolygon(name=region.name, push=push, plane=plane, kind="slice", vertices=vertices, cut=cut)

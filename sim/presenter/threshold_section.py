@@ -57,7 +57,7 @@ def _threshold_table(summary: Summary, case: Entry, *, folded: bool) -> Table:
     entries = by_controller(summary, _of_case(summary["robust"], case))
     robot = case.get("robot", summary["robots"][0])
     limits = {limit["direction_deg"]: limit for limit in summary["limits"] if limit["robot"] == robot}
-    holed = _holed(summary, case)
+    holed = holed_thresholds(summary, case)
     rows: list[dict[Any, str]] = []
     for way in sorted({entry["direction_deg"] for own in entries.values() for entry in own}):
         row: dict[Any, str] = {"to": degrees(way)}
@@ -83,7 +83,7 @@ def _threshold_table(summary: Summary, case: Entry, *, folded: bool) -> Table:
         title="Robust recoverable push" + (f", {case_words(case)}" if case else ""),
         rows=tuple(rows),
         totals=2,
-        notes=(_HOLE_WORDS,) if holed else (),
+        notes=(HOLE_WORDS,) if holed else (),
         shown="folded" if folded else "everywhere",
     )
 
@@ -119,10 +119,10 @@ def _grouped(group: str, cells: Sequence[str]) -> dict[Any, str]:
 
 
 _HOLE = " *"
-_HOLE_WORDS = "*: above a hole: some push to that side of less than 75 % of the threshold was lost."
+HOLE_WORDS = "*: above a hole: some push to that side of less than 75 % of the threshold was lost."
 
 
-def _holed(summary: Summary, case: Entry) -> set[tuple[str, float]]:
+def holed_thresholds(summary: Summary, case: Entry) -> set[tuple[str, float]]:
     """Controller and direction of the thresholds that are above a hole."""
     return {(hole["controller"], hole["direction_deg"]) for hole in _of_case(summary["holes"], case)}
 
@@ -131,7 +131,7 @@ def envelope_table(summary: Summary, case: Entry) -> Table:
     """The thresholds of one case in units of omega d, a column a direction, with means, worst direction and holes."""
     entries = _of_case(summary["robust"], case)
     ways = sorted({entry["direction_deg"] for entry in entries})
-    rows, holed = [], _holed(summary, case)
+    rows, holed = [], holed_thresholds(summary, case)
     for name, own in by_controller(summary, entries).items():
         at = {
             entry["direction_deg"]: fixed(entry["over_omega_d"], capped=entry["capped"])
@@ -144,7 +144,7 @@ def envelope_table(summary: Summary, case: Entry) -> Table:
         holes = sum(hole["controller"] == name for hole in _of_case(summary["holes"], case))
         rows.append(row | {"holes": str(holes)})
     notes: tuple[str, ...] = () if summary["first"] is None else (first_words(summary),)
-    notes += (_HOLE_WORDS,) if holed else ()
+    notes += (HOLE_WORDS,) if holed else ()
     return Table(title="Robust recoverable push", rows=tuple(rows), strong="mean", notes=notes)
 
 

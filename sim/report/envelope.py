@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
@@ -14,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from models.errors import InputError
 from sim.presenter.formatting import case_words
 from sim.presenter.tables import Picture
-from sim.presenter.threshold_section import cases
+from sim.presenter.threshold_section import HOLE_WORDS, cases, holed_thresholds
 from sim.presenter.who import by_controller
 from sim.report.style import FAINT, INK, SOFT, WIDTH, legend_label, picture, write_picture
 
@@ -74,7 +75,8 @@ def _picture(summary: Summary, case: dict[str, Any], normalised: bool) -> Pictur
     return picture(
         lambda: draw_envelope(summary, case, normalised=normalised),
         f"Robust recoverable push by direction, mean in {unit}: {', '.join(means)}.",
-        caption="Rings are the largest pushes ever recovered.",
+        caption="Rings are the largest pushes ever recovered."
+        + (f" {HOLE_WORDS}" if holed_thresholds(summary, case) else ""),
     )
 
 
@@ -91,6 +93,7 @@ def draw_envelope(summary: Summary, case: dict[str, Any], *, normalised: bool, k
     axes = cast(PolarAxes, figure.add_subplot(projection="polar"))
     axes.set_theta_zero_location("N")
     _draw_limits(axes, summary, case, normalised, koolen)
+    holed = holed_thresholds(summary, case)
     for name, own in _thresholds(summary, case).items():
         look = summary["controllers_shown"][name]
         around, values = [one["direction_deg"] for one in own], [_size(one, normalised) for one in own]
@@ -99,7 +102,12 @@ def draw_envelope(summary: Summary, case: dict[str, Any], *, normalised: bool, k
         ever = [one["ever_over_omega_d" if normalised else "ever"] or 0.0 for one in own]
         ring: dict[str, Any] = {"s": 16, "facecolors": "none", "linewidths": 0.9, "zorder": 4}
         axes.scatter(np.radians(around), ever, edgecolors=look["colour"], **ring)
+        for one, value in zip(own, values, strict=True):
+            if (name, one["direction_deg"]) in holed:
+                _mark_hole(axes, one["direction_deg"], value, look["colour"])
     axes.scatter([], [], s=16, facecolors="none", edgecolors=FAINT, label="largest ever recovered")
+    if holed:
+        axes.plot([], [], linestyle="", marker="$*$", color=FAINT, label="above a hole")
     ticks = np.arange(0, 360, 45)
     axes.set_thetagrids(ticks, [_COMPASS.get(float(tick), f"{tick}°") for tick in ticks])
     axes.set_rlabel_position(22.5)
@@ -111,6 +119,11 @@ def draw_envelope(summary: Summary, case: dict[str, Any], *, normalised: bool, k
     figure.suptitle(title, fontsize=10, fontweight="bold")
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, handlelength=2.4)
     return figure
+
+
+def _mark_hole(axes: PolarAxes, degrees: float, value: float, colour: str) -> None:
+    beside: dict[str, Any] = {"xytext": (5, 3), "textcoords": "offset points"}
+    axes.annotate("*", (math.radians(degrees), value), color=colour, fontsize=11, fontweight="bold", **beside)
 
 
 def _thresholds(summary: Summary, case: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:

@@ -17,6 +17,7 @@ from controllers.interface import Phase
 from models.errors import InputError
 from sim.analysis.frame import groups, records, recovered
 from sim.analysis.summary import summarise
+from sim.presenter.threshold_section import holed_thresholds
 from sim.presenter.who import by_controller
 from sim.record.trace import Trace
 from sim.report.envelope import chosen_case
@@ -38,10 +39,12 @@ class Hardest:
     Attributes:
         threshold: of the direction, an entry of `robust` of a summary.
         row: the first replica that is recovered at that level.
+        hole: whether some push to that side of less than 75 % of the threshold was lost.
     """
 
     threshold: Mapping[str, Any]
     row: Mapping[str, Any]
+    hole: bool = False
 
     @property
     def name(self) -> str:
@@ -54,7 +57,8 @@ class Hardest:
         """The push, in words."""
         one = self.threshold
         scaled = "" if one["over_omega_d"] is None else f", {one['over_omega_d']:.2f} ωd"
-        return f"{one['direction_deg']:g}°: {one['delta_v']:g} m/s{scaled}"
+        above = ", above a hole" if self.hole else ""
+        return f"{one['direction_deg']:g}°: {one['delta_v']:g} m/s{scaled}{above}"
 
     @property
     def entry(self) -> dict[str, Any]:
@@ -87,11 +91,12 @@ def hardest_pushes(
         raise InputError(f"--controller: {controller!r} is none of the sweep's; choose one of {', '.join(robust)}")
     name = controller or next(iter(robust))
     tries = dict(groups(rows[recovered(rows)], ["controller", "direction_deg", "delta_v", *what]))
-    found = []
+    found, holed = [], holed_thresholds(summary, what)
     for one in robust[name]:
         if one["delta_v"]:
             same = tries[(name, one["direction_deg"], one["delta_v"], *what.values())]
-            found.append(Hardest(threshold=one, row=records(same.sort_values("replica").head(1))[0]))
+            row, hole = records(same.sort_values("replica").head(1))[0], (name, one["direction_deg"]) in holed
+            found.append(Hardest(threshold=one, row=row, hole=hole))
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
@@ -16,6 +17,7 @@ from matplotlib.figure import Figure
 from models.errors import InputError
 from sim.presenter.tables import Picture
 from sim.results.out_file import check_file, write_file
+from sim.viz.glyphs import make_drawable
 
 INK, FAINT, SOFT = "#22262b", "#8a9099", "#5b626b"
 WIDTH = 4.1
@@ -85,8 +87,13 @@ def write_picture(draw: Callable[[], Figure], path: Path, option: str) -> None:
 def _bytes(draw: Callable[[], Figure], kind: str) -> bytes:
     metadata = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
     stream = io.BytesIO()
-    with mpl.rc_context(_STYLE):
-        draw().savefig(stream, format=kind, dpi=_DPI, metadata=metadata)
+    with mpl.rc_context(_STYLE), warnings.catch_warnings():
+        figure = draw()
+        if kind != "svg":
+            make_drawable(figure)
+        # The browser that shows an SVG has fonts of its own.
+        warnings.filterwarnings("ignore", "Glyph .* missing", UserWarning)
+        figure.savefig(stream, format=kind, dpi=_DPI, metadata=metadata)
     return stream.getvalue()
 
 

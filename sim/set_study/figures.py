@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +12,7 @@ from controllers.baselines.paper import STEP_TIME, STRIDE
 from models.robot import Robot
 from sim.episode.recording import robot_facts
 from sim.record.versions import commit, versions
+from sim.results.table import write_bytes
 from sim.set_study.planes import draw_plane_of_walk, draw_walk
 from sim.set_study.push import draw_push_course, draw_push_sets, run_pushes
 from sim.set_study.solid import draw_solid
@@ -35,8 +37,12 @@ def draw_set_figures(folder: Path, robot: Robot, *, progress: Callable[[float], 
     walk = plan_walk(robot)
     sets: list[dict[str, Any]] = []
 
+    pictures: dict[str, bytes] = {}
+
     def save(name: str, figure: Any, facts: list[dict[str, Any]]) -> None:
-        figure.savefig(folder / name, format="png")
+        stream = io.BytesIO()
+        figure.savefig(stream, format="png")
+        pictures[name] = stream.getvalue()
         sets.extend(facts)
         if progress is not None:
             progress((PICTURES.index(name) + 1) / len(PICTURES))
@@ -63,7 +69,10 @@ def draw_set_figures(folder: Path, robot: Robot, *, progress: Callable[[float], 
         "versions": versions(),
         "commit": commit(),
     }
-    (folder / NUMBERS).write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
+    # All in the end, so that who is stopped has written nothing.
+    for name, content in pictures.items():
+        write_bytes(content, folder / name)
+    write_bytes((json.dumps(numbers, indent=1) + "\n").encode(), folder / NUMBERS)
     return numbers
 
 

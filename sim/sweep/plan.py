@@ -18,7 +18,7 @@ from scenarios.catalogue import check_against
 from scenarios.choice import REGISTRIES
 from scenarios.error_messages import first_error
 from scenarios.files import robot_beside
-from scenarios.push import Push
+from scenarios.push import FASTEST, Push
 from scenarios.random_pushes import Random
 from scenarios.schema import Scenario
 from scenarios.suite import SIZES, Suite
@@ -266,8 +266,7 @@ def _checker(loaded: LoadedSuite) -> Callable[[PlannedEpisode], None]:
     known = set()
 
     def check(episode: PlannedEpisode) -> None:
-        key = tuple(bool(value) if name == "height" else value for name, value in _fitting(episode.parameters))
-        if key in known:
+        if (key := (*_fitting(episode.parameters), _is_too_hard(loaded, episode.parameters))) in known:
             return
         known.add(key)
         scenario = scenario_of(loaded, episode)
@@ -280,9 +279,16 @@ def _checker(loaded: LoadedSuite) -> Callable[[PlannedEpisode], None]:
     return check
 
 
-def _fitting(parameters: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+def _fitting(parameters: Mapping[str, Any]) -> Iterator[Any]:
     """The parameters that can be at odds with others; each alone has been checked when the suite was read."""
-    return ((name, parameters.get(name)) for name in (*_SCENARIO, "friction", "delay", "body", "height", "variant"))
+    yield from (parameters.get(name) for name in (*_SCENARIO, "friction", "delay", "body", "variant"))
+    yield bool(parameters.get("height"))
+
+
+def _is_too_hard(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> bool:
+    """Whether an impulse is one that `check_against` refuses for this robot's mass."""
+    impulse = parameters.get("impulse")
+    return impulse is not None and impulse > FASTEST * _robot(loaded, parameters).mass
 
 
 def _hash(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> str:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from pathlib import Path
 
-import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from sim.record.palette import COG, DCM, PHASES, PUSH, SUPPORT, ZMP
-from sim.viz.glyphs import drawable, font_file
+from sim.viz.glyphs import OURS, drawable
 from sim.viz.playback import Playback
 
 Frame = NDArray[np.uint8]
@@ -37,9 +35,8 @@ class Caption:
         self._explained_once, self._frames = explained_once, 0
         self._width, self._height = size
         self._unit = max(9, round(self._height / 36))
-        fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-        self._font = ImageFont.truetype(str(fonts / "DejaVuSans.ttf"), self._unit)
-        self._bold = ImageFont.truetype(str(fonts / "DejaVuSans-Bold.ttf"), self._unit)
+        self._font = ImageFont.truetype(str(OURS), self._unit)
+        self._bold = ImageFont.truetype(str(OURS.with_name("DejaVuSans-Bold.ttf")), self._unit)
         self._legend = self._draw_legend()
         self._footer = self._draw_footer()
         self._panel = lru_cache(maxsize=512)(self._draw_panel)
@@ -132,8 +129,8 @@ class Caption:
         robot = self._playback.trace.metadata["robot"]["name"]
         words = f"{robot}, {scenario.world}, {scenario.controller.short}: {scenario.description}"
         room = self._width - 2 * self._unit
-        words, properties = drawable(words)
-        font = ImageFont.truetype(font_file(properties), self._unit)
+        words, file = drawable(" ".join(words.split()))
+        font = ImageFont.truetype(str(file), self._unit)
         while font.getlength(words) > room and font.size > 0.75 * self._unit:
             font = font.font_variant(size=font.size - 1)
         while font.getlength(words) > room:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from sim.episode.set_polygons import PLANES, Plane, SetPolygon
 from sim.record.outcome import Result
 from sim.record.trace import Trace
-from sim.viz.glyphs import drawable
+from sim.viz.glyphs import make_drawable
 from sim.viz.phase_plane import draw_plane
 from sim.viz.playback import Playback
 from sim.viz.time_series import draw_course
@@ -66,6 +66,7 @@ def episode_figure(result: Episode) -> Figure:
         draw_plane(axes, legend, playback, sets, axis=0 if plane == "x-xdot" else 1)
     draw_course(figure, halves[1], playback)
     _title(figure, playback)
+    make_drawable(figure)
     return figure
 
 
@@ -83,12 +84,9 @@ def _title(figure: Figure, playback: Playback) -> None:
     steps = f"{outcome.steps_taken} step{'' if outcome.steps_taken == 1 else 's'}"
     when = "" if outcome.time_of_fall is None else f" at {outcome.time_of_fall:.2f} s"
     verdict = f"{outcome.result.value.replace('_', ' ')}{when}: {outcome.reason.value}; {steps} taken"
-    words, font = drawable(textwrap.shorten(scenario.description, width=140, placeholder=" …"), "bold")
-    font.set_size(15)
+    words = textwrap.shorten(scenario.description, width=140, placeholder=" …")
     # What a user wrote is text, whatever dollars are in it.
-    figure.text(0.015, 0.965, words, fontproperties=font, va="center", parse_math=False)
-    setting, font = drawable(setting)
-    font.set_size(11)
-    figure.text(0.015, 0.925, setting, fontproperties=font, color="#505050", va="center", parse_math=False)
+    figure.text(0.015, 0.965, words, fontsize=15, weight="bold", va="center", parse_math=False)
+    figure.text(0.015, 0.925, setting, fontsize=11, color="#505050", va="center", parse_math=False)
     colour = _VERDICT_COLOURS[outcome.result]
     figure.text(0.985, 0.925, verdict, fontsize=13, weight="bold", color=colour, va="center", ha="right")

@@ -1,4 +1,4 @@
-"""Words of a user's in a font that has their characters, or with those replaced that no font here has."""
+"""Words of a user's in a font that has their characters; those that no font here has are replaced."""
 
 from __future__ import annotations
 
@@ -6,48 +6,54 @@ from functools import lru_cache
 from pathlib import Path
 
 import matplotlib
-from matplotlib.font_manager import FontProperties, fontManager
+from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont, fontManager
 from matplotlib.ft2font import FT2Font
+from matplotlib.text import Text
 
-_FOLDER = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-OURS = {"normal": _FOLDER / "DejaVuSans.ttf", "bold": _FOLDER / "DejaVuSans-Bold.ttf"}
-"""The fonts of all pictures, by weight."""
+OURS = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
+"""The font of all pictures."""
 
 
-def drawable(words: str, weight: str = "normal") -> tuple[str, FontProperties]:
-    """Words that can be drawn, and the font for it.
+def drawable(words: str, own: Path = OURS) -> tuple[str, Path]:
+    """Words that can be drawn, and the font for them: the own one, or else that which lacks the fewest of them.
 
     Args:
         words: of a user's.
-        weight: "normal" or "bold".
+        own: file of the font that is wanted.
     """
-    words = " ".join(words.split())
-    missing = set(map(ord, words)) - _characters(OURS[weight])
-    font = _font_with(frozenset(missing | set(map(ord, words)))) if missing else OURS[weight]
-    if font is None:
-        font, words = OURS[weight], "".join("?" if ord(one) in missing else one for one in words)
-    return words, FontProperties(fname=str(font))
+    font = _font_for(frozenset(map(ord, words)), own)
+    had = _characters(font)
+    return "".join(one if ord(one) in had else "?" for one in words), font
 
 
-def font_file(properties: FontProperties) -> str:
-    """The file of a font that `drawable` has chosen."""
-    return str(properties.get_file())
+def make_drawable(figure: Figure) -> None:
+    """Draw every text of a figure in a font that has its characters."""
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        font = text.get_fontproperties().copy()
+        own = Path(findfont(font))
+        if set(map(ord, text.get_text())) - _characters(own) - {ord("\n")}:
+            words, other = drawable(text.get_text(), own)
+            font.set_file(str(other))
+            text.set(text=words, fontproperties=font)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=512)
 def _characters(font: Path) -> frozenset[int]:
     return frozenset(FT2Font(str(font)).get_charmap())
 
 
-@lru_cache(maxsize=16)
-def _font_with(wanted: frozenset[int]) -> Path | None:
-    """A font of this machine that has all these characters."""
-    for entry in fontManager.ttflist:
+@lru_cache(maxsize=64)
+def _font_for(wanted: frozenset[int], own: Path) -> Path:
+    found, lacking = own, len(wanted - _characters(own))
+    for entry in fontManager.ttflist if lacking else ():
         path = Path(entry.fname)
         try:
-            # The font of last resort has a box for everything.
-            if "LastResort" not in path.name and wanted <= _characters(path):
-                return path
+            missing = len(wanted - _characters(path))
         except (OSError, RuntimeError):
             continue
-    return None
+        # The font of last resort has a box for everything.
+        if missing < lacking and "LastResort" not in path.name:
+            found, lacking = path, missing
+    return found

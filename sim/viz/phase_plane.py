@@ -17,7 +17,6 @@ Array = NDArray[np.float64]
 _COLOURS = {"regulator": REGULATOR, "tracking": TRACKER}
 _LINES = ("-", "--", ":")
 _SAME = 1e-3  # [m], [m/s] below which two polygons cannot be told apart in the picture
-_CUT = 1e-6  # of a set's size, by which an edge along an axis may be off
 _LABEL_ROOM = 16.0  # [px] that the number of a push needs to itself
 _PLACES = ((8, 6), (-16, 6), (8, -15), (-16, -15), (20, 6), (-28, 6), (20, -15), (-28, -15))  # [px]
 
@@ -93,31 +92,22 @@ def _draw_sets(axes: Axes, sets: Sequence[SetPolygon]) -> None:
             axes.fill(
                 *shown.vertices.T, color=colour, alpha=0.22 if shown.push == last else 0.08, linewidth=0, zorder=1
             )
-            cut = _cut_edges(shown.vertices)
             pushes = _ranges([polygon.push for polygon in group])
             when = "after each push" if many else f"after push {pushes}"
             label = f"{name} set {when} ({_kind(shown)})" if not many or i == 0 else None
             style = _LINES[0] if many else _LINES[i]
-            _draw_outline(axes, shown.vertices, cut, colour, style, label)
-    if any(_cut_edges(polygon.vertices).any() for polygon in sets):
+            _draw_outline(axes, shown, colour, style, label)
+    if any(polygon.cut.any() for polygon in sets):
         axes.plot([], [], color="#909090", linestyle=(0, (1, 2)), linewidth=1.5, label="cut off where the legs end")
 
 
-def _draw_outline(axes: Axes, corners: Array, cut: Array, colour: str, style: str, label: str | None) -> None:
-    """The edges of a polygon (n, 2); those that only the picture has are grey and dotted."""
-    for i, (start, end) in enumerate(zip(corners, np.roll(corners, -1, axis=0), strict=True)):
-        look = {"color": "#909090", "linestyle": (0, (1, 2))} if cut[i] else {"color": colour, "linestyle": style}
+def _draw_outline(axes: Axes, polygon: SetPolygon, colour: str, style: str, label: str | None) -> None:
+    """The edges of a set; those that only the picture has are grey and dotted."""
+    following = np.roll(polygon.vertices, -1, axis=0)
+    for start, end, cut in zip(polygon.vertices, following, polygon.cut, strict=True):
+        look = {"color": "#909090", "linestyle": (0, (1, 2))} if cut else {"color": colour, "linestyle": style}
         axes.plot(*np.array([start, end]).T, linewidth=1.5, zorder=3, **look)
     axes.plot([], [], color=colour, linestyle=style, linewidth=1.5, label=label)
-
-
-def _cut_edges(corners: Array) -> Array:
-    """(n,) which edges of a polygon (n, 2) lie along an axis at its rim: there it was cut to what the legs reach."""
-    following = np.roll(corners, -1, axis=0)
-    level = np.abs(following - corners) < _CUT * np.ptp(corners, axis=0)
-    at_rim = np.minimum(np.abs(corners - corners.min(axis=0)), np.abs(corners - corners.max(axis=0)))
-    edges: Array = (level & (at_rim < _CUT * np.ptp(corners, axis=0))).any(axis=1)
-    return edges
 
 
 def _alike(sets: list[SetPolygon]) -> list[list[SetPolygon]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -47,7 +48,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def okiagari(*arguments: str, **environment: str) -> list[str]:
+def okiagari(*arguments: str) -> list[str]:
     return [sys.executable, "-m", "sim", *arguments]
 
 
@@ -120,6 +121,7 @@ def test_the_table_says_where_a_push_goes_and_what_it_acts_on(here: Path, capsys
         ("stepping.max_step=2", "--set: stepping.max_step: unknown field; did you mean 'max_steps'?"),
         ("stepping.max_steps=0", "--set: stepping.max_steps: 0 is not allowed; it must be >= 1"),
         ("duration", "--set: 'duration' is not of the form field=value"),
+        ("duration=2.0\nseed=3", "holds more than one field; give each a --set of its own"),
         ("controller=nobody", "--set: controller: 'nobody' is none of"),
     ],
 )
@@ -127,7 +129,8 @@ def test_what_set_may_not_say_is_refused(assignment: str, words: str, capsys: py
     for command in (["run", "short.toml", "--no-video"], ["sweep", "suite.toml"]):
         assert main([*command, "--set", assignment]) == 2
         told = capsys.readouterr().err
-        assert (words in told) or ("the suite decides it" in told)
+        # A suite has a duration and controllers of its own.
+        assert words in told or (command[0] == "sweep" and "the suite decides it" in told)
         assert told.count("\n") == 1
 
 
@@ -139,6 +142,31 @@ def test_set_changes_the_scenario_and_the_sweep(here: Path, capsys: pytest.Captu
     assert '"k": 1.7' in read_results(here / "out" / "sweep-suite-gain.k-1.7")["scenario"][0].as_py()
     assert main(["sweep", "suite.toml", "--set", "seed=3"]) == 2
     assert "the suite decides it" in capsys.readouterr().err
+
+
+def test_the_folder_of_a_changed_sweep_has_a_name_that_can_be_typed(here: Path) -> None:
+    gain = 'gain={kind = "poles", poles = [[-3.0, 1.0], [-3.0, -1.0]]}'
+    assert main(["sweep", "suite.toml", "--set", gain, "--workers", "1"]) == 0
+    (folder,) = (here / "out").iterdir()
+    assert re.fullmatch(r"sweep-suite-gain-kind-poles-poles[-.\w]*", folder.name)
+    assert len(folder.name) < 70
+
+
+def test_what_goes_wrong_on_the_way_names_the_scenario_s_file(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "mine.py").write_text(CRASHES)
+    assert main(["run", "short.toml", "--controller", "mine.py:Mine", "--no-video"]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("okiagari: short.toml: controller 'mine.py:Mine': tick 0: command() raised KeyError")
+    assert not (here / "out").exists()
+
+
+def test_an_impulse_that_is_too_hard_for_the_robot_is_refused_wherever_it_stands(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "suite.toml").write_text(SUITE.replace("delta_v = [0.05, 0.1]", "impulse = [0.5, 1000.0]"))
+    assert main(["sweep", "suite.toml", "--workers", "1"]) == 2
+    assert "suite.toml: scenario: pushes[0].impulse: 1000.0 N s gives utmu2's" in capsys.readouterr().err
+    assert not (here / "out").exists()
 
 
 def test_a_sweep_by_other_controllers(here: Path) -> None:
@@ -160,7 +188,7 @@ def test_a_sweep_of_crashes_only_fails_and_says_how_to_look(here: Path, capsys: 
     assert main(["sweep", "suite.toml", "--controller", "mine.py:Mine", "--workers", "1", "--out", "out"]) == 1
     assert "every episode crashed; `okiagari replay out ID` shows the traceback" in capsys.readouterr().err
     episode = read_results(here / "out")["episode"][0].as_py()
-    main(["replay", "out", episode])
+    assert main(["replay", "out", episode]) == 2
     assert "KeyError: 'left'" in "".join(capsys.readouterr())
 
 
@@ -201,6 +229,21 @@ def test_ctrl_c_in_a_run_says_that_nothing_was_written(here: Path) -> None:
     assert run.communicate(timeout=30)[1].strip() == "okiagari: stopped; nothing was written"
     assert run.returncode == 130
     assert not (here / "out").exists()
+
+
+def test_ctrl_c_in_figures_leaves_none(here: Path) -> None:
+    run = subprocess.Popen(
+        ["env", "--default-signal=INT", *okiagari("figures", "--out", "pictures")],
+        cwd=here, env=in_house(here), stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    while not (here / "pictures").exists() and run.poll() is None:
+        pass
+    with pytest.raises(subprocess.TimeoutExpired):  # it is drawing
+        run.wait(0.3)
+    run.send_signal(signal.SIGINT)
+    assert run.communicate(timeout=60)[1].strip() == "okiagari: stopped; nothing was written"
+    assert run.returncode == 130
+    assert not (here / "pictures").exists()
 
 
 @needs_renderer

@@ -72,6 +72,19 @@ def test_a_corner_is_where_the_slack_is_zero(plane: Plane, pushed: list[float], 
     assert lift.slack > 0.0
 
 
+def test_an_edge_is_cut_where_the_legs_end_and_else_on_the_rim(robot: Robot) -> None:
+    supervisor, sets = standing(load("three_pushes"), robot)
+    assert supervisor.regulator is not None
+    centre = supervisor.regulator.bank.centre
+    x = sets.pendulum.rest(centre) + np.array([0.01, 0.5, 0.0, 0.05])
+    for polygon in admissible_polygons(supervisor, robot, x, push=1):
+        following = np.roll(polygon.vertices, -1, axis=0)
+        reach = np.abs(0.5 * (polygon.vertices + following)[:, 0] - centre[0])
+        # In x the legs end, and the speed is within what they allow.
+        np.testing.assert_array_equal(polygon.cut, reach > robot.hip_reach - 1e-6)
+        assert polygon.cut.sum() == 2
+
+
 def test_feet_that_landed_turned_do_not_turn_the_outline(robot: Robot) -> None:
     """The robot steps the way it faced at first, and so must the sets that are drawn for it."""
     scenario = load("three_pushes", {"world": "pendulum"})

@@ -13,8 +13,16 @@ from PIL import Image
 
 from models.errors import InputError
 from sim.analysis.summary import summarise, write_summary
-from sim.report.envelope import ENVELOPE, draw_envelope, write_envelope
-from tests.sim.analysis.sweep_tables import OMEGA, adaptive, edge, folder_of, frame, sweep_facts
+from sim.report.envelope import ENVELOPE, draw_envelope, envelopes, write_envelope
+from tests.sim.analysis.sweep_tables import (
+    CONTROLLERS,
+    OMEGA,
+    adaptive,
+    edge,
+    folder_of,
+    frame,
+    sweep_facts,
+)
 from tests.sim.program import call
 
 LIMITS = {"supervisor": 2.5, "regulator": 0.8, "statue": 0.9}
@@ -92,6 +100,30 @@ def test_what_the_suite_cut_short_is_a_bound(tmp_path: Path, capsys: pytest.Capt
     cells = [cell.strip() for cell in line.strip("|").split("|")]
     # 0.6 m/s is 1.5 and 1.875 omega d, and the largest of the suite.
     assert cells[1:-1] == ["≥ 1.50", "≥ 1.88", "**≥ 1.69**", "≥ 1.50", "≥ 0.245"]
+
+
+def test_thresholds_above_a_hole_are_marked() -> None:
+    def holed(asked: Mapping[str, Any]) -> bool:
+        return law(asked) and (asked["delta_v"], asked["replica"]) != (0.1, 2)
+
+    for recovers, marks in ((law, 0), (holed, 8)):
+        rows = adaptive(recovers, controllers=["supervisor"])
+        summary = summarise(frame(rows), sweep_facts(rows))
+        figure = draw_envelope(summary, {}, normalised=True)
+        assert len([text for text in figure.axes[0].texts if text.get_text() == "*"]) == marks
+        assert ("above a hole" in {text.get_text() for text in figure.legends[0].get_texts()}) == bool(marks)
+        assert all(("above a hole" in picture.caption) == bool(marks) for picture in envelopes(summary))
+
+
+def test_names_that_our_font_lacks_are_drawn_without_warnings(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    rows = adaptive(law, controllers=["supervisor"])
+    looks = {"supervisor": CONTROLLERS["supervisor"] | {"label": "起き上がり \u2312"}}
+    summary = summarise(frame(rows), sweep_facts(rows) | {"controllers": looks})
+    for kind in ("png", "svg"):
+        write_envelope(summary, {}, tmp_path / f"one.{kind}")
+    assert not [str(warning.message) for warning in recwarn.list if "Glyph" in str(warning.message)]
+    # The browser that shows an SVG has fonts of its own.
+    assert "起き上がり" in (tmp_path / "one.svg").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

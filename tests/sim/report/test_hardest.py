@@ -69,6 +69,13 @@ def test_direction_without_a_robust_push_has_none() -> None:
     assert push.row["delta_v"] == pytest.approx(3 * STEP)
 
 
+def test_a_threshold_above_a_hole_says_so() -> None:
+    law = threshold_law(LIMITS)
+    rows = adaptive(lambda asked: law(asked) and (asked["delta_v"], asked["replica"]) != (0.1, 2), directions=[0.0])
+    for tried, said in ((adaptive(law, directions=[0.0]), False), (rows, True)):
+        assert [one.words.endswith(", above a hole") for one in hardest_pushes(tried)] == [said]
+
+
 def test_unknown_controllers_and_tables_without_thresholds_are_refused() -> None:
     rows = adaptive(threshold_law(LIMITS), directions=[0.0])
     with pytest.raises(InputError, match="--controller: 'x' is none of the sweep's; choose one of supervisor"):

@@ -18,7 +18,7 @@ from sim.episode.set_polygons import SetPolygon
 from sim.record.palette import PUSH, REGULATOR, TRACKER, rgb
 from sim.record.trace import Trace
 from sim.viz.figures import draw_episode, episode_figure
-from sim.viz.glyphs import OURS, drawable, font_file
+from sim.viz.glyphs import OURS, drawable
 from sim.viz.playback import Playback
 from sim.viz.time_scale import NARROWER, time_scale
 from tests.sim.still_traces import ROBOT, during, scenario, still_trace
@@ -51,13 +51,21 @@ def pushed(count: int = 3, duration: float = 12.0) -> Trace:
 
 def polygons(push: int, plane: str = "x-xdot", shift: float = 0.0) -> tuple[SetPolygon, ...]:
     return (
-        SetPolygon(name="regulator", push=push, plane=plane, kind="slice", vertices=HEXAGON),  # type: ignore[arg-type]
+        SetPolygon(
+            name="regulator",
+            push=push,
+            plane=plane,  # type: ignore[arg-type]
+            kind="slice",
+            vertices=HEXAGON,
+            cut=np.arange(6) == 2,
+        ),
         SetPolygon(
             name="tracking",
             push=push,
             plane=plane,  # type: ignore[arg-type]
             kind="projection",
             vertices=1.2 * HEXAGON + [0.05, 0.1 + shift],
+            cut=np.zeros(6, dtype=bool),
         ),
     )
 
@@ -152,14 +160,16 @@ def test_a_fall_is_marked_even_if_nothing_can_be_measured(tmp_path: Path) -> Non
 def test_a_trace_that_ended_within_a_push_is_drawn() -> None:
     whole = pushed()
     short = Trace(values=whole.values[:1510], units=whole.units, metadata=whole.metadata)  # 3.0 to 3.1 s is push 1
-    empty = SetPolygon(name="tracking", push=1, kind="slice", vertices=np.empty((0, 2)))
+    empty = SetPolygon(name="tracking", push=1, kind="slice", vertices=np.empty((0, 2)), cut=np.empty(0, dtype=bool))
     text = [t.get_text() for t in words(episode_figure(Shown(short, (empty,))))]
     assert "no set was computed in this plane" in text
 
 
 def test_a_set_of_nonsense_is_refused() -> None:
     with pytest.raises(ValueError, match="not finite"):
-        SetPolygon(name="regulator", push=1, kind="slice", vertices=np.array([[0.0, np.nan]]))
+        SetPolygon(
+            name="regulator", push=1, kind="slice", vertices=np.array([[0.0, np.nan]]), cut=np.zeros(1, dtype=bool)
+        )
 
 
 def test_support_extent_is_that_of_the_polygon() -> None:
@@ -209,8 +219,28 @@ def test_what_a_user_wrote_is_text_in_a_font_that_has_it(recwarn: pytest.Warning
     figure.savefig(io.BytesIO())
     assert any(r"$\frac{1}{2}$" in text.get_text() for text in figure.texts)
     assert not [w for w in recwarn.list if "Glyph" in str(w.message) or "mathtext" in str(w.message)]
-    words, font = drawable("plain words")
-    assert (words, font_file(font)) == ("plain words", str(OURS["normal"]))
+
+
+def test_a_font_that_lacks_the_fewest_is_taken_and_only_what_it_lacks_is_replaced() -> None:
+    assert drawable("plain words") == ("plain words", OURS)
+    # Of Matplotlib's own fonts some others have the arc, and none the last character there is.
+    arc, none = "\u2312", "\U0010fffd"
+    words, font = drawable(f"a {arc}{none}")
+    assert words == f"a {arc}?"
+    assert font != OURS
+
+
+def test_where_a_set_is_cut_its_edge_is_dotted() -> None:
+    figure = episode_figure(Shown(pushed(), polygons(3)))
+    axes = next(axes for axes in figure.axes if axes.get_title(loc="left").startswith("Maximal"))
+    ends = np.sort(HEXAGON[[2, 3]], axis=0)
+    edges = [line for line in axes.get_lines() if np.array_equal(np.sort(line.get_xydata(), axis=0), ends)]
+    (edge,) = edges
+    assert edge.get_linestyle() == "--"  # what Matplotlib calls every pattern of dashes
+    assert edge.get_color() == "#909090"
+    assert "cut off where the legs end" in {text.get_text() for text in words(figure)}
+    whole = episode_figure(Shown(pushed(), polygons(3)[1:]))
+    assert "cut off where the legs end" not in {text.get_text() for text in words(whole)}
 
 
 def test_lateral_pushes_are_in_their_own_plane() -> None:

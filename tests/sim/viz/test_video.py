@@ -127,6 +127,56 @@ def test_words_tell_who_is_in_charge(tmp_path: Path) -> None:
     assert green[3] > 500
 
 
+def coloured(frame: np.ndarray, colour: str) -> int:
+    """How many pixels have about this colour."""
+    return int((np.abs(frame.astype(int) - rgb(colour)).max(axis=-1) < 30).sum())
+
+
+@needs_renderer
+def test_a_fall_has_a_banner_and_is_held(tmp_path: Path) -> None:
+    run = scenario(duration=0.2)
+    fallen = still_trace(run, other_contact=during(run, 0.1, 0.2, 1.0))
+    frames, _ = film(fallen, tmp_path, fps=20)
+    red = [coloured(frame[HEIGHT * 2 // 3 :], "#c02020") for frame in frames]
+    assert len(frames) == 4 + 20  # 0.198 s, and the last frame for a second
+    assert max(red[:2]) < 100  # the mark of the ZMP
+    assert min(red[2:]) > 500
+    assert len(film(fallen, tmp_path, fps=20, span=(0.0, 0.1))[0]) == 3  # it goes on after that
+    assert len(film(still_trace(run), tmp_path, fps=20)[0]) == 4
+
+
+@needs_renderer
+def test_the_words_of_a_push_stay_half_a_second(tmp_path: Path) -> None:
+    run = scenario(duration=1.5, pushes=[{"start": 0.3, "duration": 0.1, "direction": 90, "impulse": 1.0}])
+    frames, _ = film(still_trace(run), tmp_path, fps=10)
+    shown = [coloured(frame[HEIGHT * 2 // 3 :], PUSH) > 500 for frame in frames]
+    assert [i for i, words in enumerate(shown) if words] == list(range(3, 10))  # from 0.3 s to 0.9 s
+
+
+@needs_renderer
+def test_the_controller_is_named_at_the_foot(tmp_path: Path) -> None:
+    one, other = (
+        film(still_trace(scenario(duration=0.01, controller=name)), tmp_path)[0][0].astype(int)
+        for name in ("supervisor", "statue")
+    )
+    differs = np.abs(one - other).max(axis=-1) > COLOUR
+    rows = np.flatnonzero(differs.any(axis=1))
+    assert rows.size
+    assert rows.min() > HEIGHT * 0.9
+
+
+@needs_renderer
+def test_a_small_push_is_an_arrow_that_can_be_seen(tmp_path: Path) -> None:
+    run = scenario(duration=0.2, pushes=[{"start": 0.0, "duration": 0.1, "direction": 90, "impulse": 0.01}])
+    frames, _ = film(still_trace(run, push_fy=during(run, 0.0, 0.1, 0.1), push_z=0.35), tmp_path, fps=20)
+    assert shows(frames[0], pixel([0, -0.12, 0.35]), PUSH)
+
+
+def test_from_above_the_robot_fills_a_fifth_of_the_picture() -> None:
+    left, right = (pixel([0.0, y, ROBOT.cog_height], "top") for y in (0.12, -0.12))
+    assert math.dist(left, right) > WIDTH / 5
+
+
 @needs_renderer
 def test_the_camera_follows_the_robot(tmp_path: Path) -> None:
     run = scenario(duration=0.05)
