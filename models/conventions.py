@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arena import FLOOR, SIDES, TRUNK
+from models.arena import FLOOR, SIDES, TRUNK, Side
 from models.errors import InputError
 
 Array = NDArray[np.float64]
@@ -105,9 +105,8 @@ def _tree(model: mujoco.MjModel) -> Iterator[str]:
     mass, (least, most) = float(model.body_subtreemass[trunk]), MASS
     if not least <= mass <= most:
         yield f"the mass is {mass:.3g} kg; it must be from {least:g} to {most:g}"
-    chains = [leg_chain(model, side) for side in SIDES]
-    if min(map(len, chains)) < 2 or set(chains[0]) & set(chains[1]):
-        yield "the soles are not at the ends of two legs: between each and the trunk there must be bodies of its own"
+    if min(len(leg_chain(model, side)) for side in SIDES) < 2:
+        yield "the soles are not at the ends of two legs: on its way to the trunk each must have two bodies of its own"
 
 
 def _joints(model: mujoco.MjModel) -> Iterator[str]:
@@ -148,9 +147,9 @@ def _feet(model: mujoco.MjModel) -> Iterator[str]:
             yield f"the geom '{side}_sole' is no box"
         if geom.bodyid[0] != site.bodyid[0]:
             yield f"geom and site '{side}_sole' are of different bodies"
-        if not (np.allclose(geom.quat, [1, 0, 0, 0]) and np.allclose(site.quat, [1, 0, 0, 0])):
-            yield f"the geom or the site '{side}_sole' is turned; a sole's sides must be along the foot's axes"
-        lower = geom.pos - [0.0, 0.0, geom.size[2]]
+        if abs(float(geom.quat @ site.quat)) < 1.0 - 1e-9:
+            yield f"the geom and the site '{side}_sole' are not turned alike; the site's axes must be those of the box"
+        lower = geom.pos - turn_of(site) @ [0.0, 0.0, geom.size[2]]
         if np.abs(lower - site.pos).max() > 0.1 * geom.size.min():
             yield f"the site '{side}_sole' is not in the middle of the sole's lower face, {np.round(lower, 6).tolist()}"
         if not geom.contype[0] & 1:
@@ -208,8 +207,21 @@ def _apart(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
     )
 
 
-def leg_chain(model: mujoco.MjModel, side: str) -> list[int]:
-    """Bodies from the foot up to the hip, without the trunk, which must be the root of all."""
+def turn_of(part: Any) -> Array:
+    """(3, 3) from the frame of a geom or a site of the model to that of its body."""
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, part.quat)
+    return turn.reshape(3, 3)
+
+
+def leg_chain(model: mujoco.MjModel, side: Side) -> list[int]:
+    """Bodies from the foot up to the hip: those of this leg alone, without the trunk and a waist that both share."""
+    shared = _upwards(model, "right" if side == "left" else "left")
+    return [body for body in _upwards(model, side) if body not in shared]
+
+
+def _upwards(model: mujoco.MjModel, side: Side) -> list[int]:
+    """Bodies from the foot up to the trunk or the world, without these."""
     chain = []
     body = int(model.site(f"{side}_sole").bodyid[0])
     while body not in (0, model.body(TRUNK).id):

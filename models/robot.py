@@ -20,9 +20,10 @@ from models.arena import TRUNK as TRUNK
 from models.arena import Side as Side  # re-exported: a side is a fact of a robot
 from models.conventions import FREE_JOINT as FREE_JOINT
 from models.conventions import STAND as STAND
-from models.conventions import check_conventions, leg_chain
+from models.conventions import check_conventions, leg_chain, turn_of
 from models.errors import InputError, one_line
 from models.flat import fingerprint, flat_mjcf
+from models.reach import straight_leg
 
 Array = NDArray[np.float64]
 
@@ -208,7 +209,7 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
 
 def _sole(model: mujoco.MjModel, side: str) -> Array:
     geom, site = model.geom(f"{side}_sole"), model.site(f"{side}_sole")
-    centre = geom.pos[:2] - site.pos[:2]
+    centre = (turn_of(site).T @ (geom.pos - site.pos))[:2]
     x, y = geom.size[:2]
     return _frozen(centre + np.array([[x, -y], [x, y], [-x, y], [-x, -y]]))
 
@@ -220,10 +221,12 @@ def _stance(data: mujoco.MjData, side: str) -> tuple[float, float, float]:
 
 def _leg(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[float, float]:
     """Length of a straight leg down to the sole, and the hip's height now [m]."""
-    chain = leg_chain(model, "left")
-    links = sum(float(np.linalg.norm(model.body_pos[body])) for body in chain[:-1])
-    sole = float(abs(model.site("left_sole").pos[2]))
-    return links + sole, float(data.xpos[chain[-1]][2] - data.site("left_sole").xpos[2])
+    chain, site = leg_chain(model, "left"), model.site("left_sole")
+    hinges = [j for j in range(1, model.njnt) if model.jnt_bodyid[j] in chain]
+    hip = next(body for body in reversed(chain) if model.body_jntnum[body])
+    sole = float(abs((turn_of(site).T @ site.pos)[2]))
+    links = straight_leg(model, hip, chain[0], hinges)
+    return links + sole, float(data.xpos[hip][2] - data.site("left_sole").xpos[2])
 
 
 def _ankle_height(model: mujoco.MjModel, data: mujoco.MjData) -> float:
