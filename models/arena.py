@@ -22,17 +22,21 @@ CONTACT_SOLREF = (0.005, 1.0)
 CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 FLOOR_FRICTION = (0.8, 0.01, 0.001)
 
+_COG_HEIGHT = 0.26
+"""Of the robot that the cameras are placed for [m]."""
+
 # MuJoCo's codes of a contact sensor: data (bits found 0, force 1, torque 2, pos 4), reduction (3 = net force), slots.
 _SOLE_SENSOR = (1 | 2 | 4 | 16, 3, 1)
 _COUNT_SENSOR = (1, 3, 1)
 
 
-def build_arena(robot_xml: Path, *, timestep: float = 0.001) -> mujoco.MjSpec:
+def build_arena(robot_xml: Path, *, timestep: float = 0.001, size: float = 1.0) -> mujoco.MjSpec:
     """Read a robot and put it on a floor.
 
     Args:
         robot_xml: MJCF file that keeps the conventions written in `models/utmu2.xml`.
         timestep: physics step [s].
+        size: of the robot, see `drawn_size`; only the cameras are placed by it.
 
     Returns:
         An uncompiled `mujoco.MjSpec` with the floor, a contact sensor `<side>_sole` for each sole (its net floor
@@ -54,8 +58,13 @@ def build_arena(robot_xml: Path, *, timestep: float = 0.001) -> mujoco.MjSpec:
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     _add_floor(spec)
     _add_sole_sensors(spec)
-    _add_lights_and_cameras(spec)
+    _add_lights_and_cameras(spec, size)
     return spec
+
+
+def drawn_size(cog_height: float) -> float:
+    """How large a robot with that height of the COG [m] is drawn: 1 for `utmu2`, for which cameras and marks are made."""
+    return round(cog_height / _COG_HEIGHT, 3)
 
 
 def _add_floor(spec: mujoco.MjSpec) -> None:
@@ -108,7 +117,7 @@ def _add_sole_sensors(spec: mujoco.MjSpec) -> None:
     )
 
 
-def _add_lights_and_cameras(spec: mujoco.MjSpec) -> None:
+def _add_lights_and_cameras(spec: mujoco.MjSpec, size: float) -> None:
     spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
     spec.visual.headlight.diffuse = [0.35, 0.35, 0.35]
     spec.visual.headlight.specular = [0.1, 0.1, 0.1]
@@ -123,6 +132,7 @@ def _add_lights_and_cameras(spec: mujoco.MjSpec) -> None:
         ("front", (1.25, 0.0, 0.30), (0.0, 0.0, 0.26)),
         ("top", (0.0, -1e-6, 1.15), (0.0, 0.0, 0.0)),
     ):
+        position, target = (tuple(size * x for x in place) for place in (position, target))
         spec.worldbody.add_camera(name=name, pos=position, quat=_look_at(position, target), fovy=38)
 
 

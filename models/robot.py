@@ -108,7 +108,7 @@ def robot_path(name: str) -> Path:
     """Find a robot's file.
 
     Args:
-        name: a file of `models/` without its ending, or a path to an `.xml` file.
+        name: a file of `models/` without its ending, a robot of `models.adopt.catalogue`, or a path to an `.xml` file.
 
     Raises:
         InputError: if there is no such robot; names those there are.
@@ -121,9 +121,14 @@ def robot_path(name: str) -> Path:
         if os.path.isfile(path):  # False, too, for a name that no system can have
             return path.resolve()
         raise InputError(f"robot: no file {name!r}")
-    near = get_close_matches(name, shipped, n=1)
+    from models.adopt.catalogue import KNOWN, adopted  # which adopts by what is in this file
+
+    if name in KNOWN:
+        return adopted(name)
+    names = (*shipped, *KNOWN)
+    near = get_close_matches(name, names, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise InputError(f"robot: {name!r} is neither one of {', '.join(shipped)} nor a path to an .xml file{hint}")
+    raise InputError(f"robot: {name!r} is neither one of {', '.join(names)} nor a path to an .xml file{hint}")
 
 
 def load_robot(name: str) -> Robot:

@@ -14,9 +14,7 @@ from models.robot import Robot
 REPORT = "ADOPTED.md"
 
 
-def findings(
-    source: Source, robot: Robot, soles: dict[Side, Sole], stand: Stand, servos: list[Servo]
-) -> str:
+def findings(source: Source, robot: Robot, soles: dict[Side, Sole], stand: Stand, servos: list[Servo]) -> str:
     """A short report as Markdown."""
     model = source.model
     feet = {side: model.body(source.feet[side]).name for side in SIDES}

@@ -109,7 +109,9 @@ def read_hints(path: Path) -> Hints:
     except ValidationError as error:
         first = error.errors()[0]
         field = ".".join(map(str, first["loc"]))
-        allowed = f"; the fields are {', '.join(_fields_at(first['loc']))}" if first["type"] == "extra_forbidden" else ""
+        allowed = (
+            f"; the fields are {', '.join(_fields_at(first['loc']))}" if first["type"] == "extra_forbidden" else ""
+        )
         raise InputError(f"{path}: {field}: {first['msg']}, not {first['input']!r}{allowed}") from None
 
 

@@ -110,8 +110,10 @@ def read_source(path: Path, hints: Hints) -> Source:
     source = Source(path=path, hints=hints, spec=spec, model=model, data=mujoco.MjData(model), root=1, notes=notes)
     for i in range(1, model.njnt):
         if model.jnt_type[i] != mujoco.mjtJoint.mjJNT_HINGE:
-            raise InputError(f'{path}: the joint {model.joint(i).name!r} is no hinge; weld = ["{model.joint(i).name}"] '
-                             f"in robot.toml takes it out")
+            raise InputError(
+                f'{path}: the joint {model.joint(i).name!r} is no hinge; weld = ["{model.joint(i).name}"] '
+                f"in robot.toml takes it out"
+            )
     source.go_home()
     return source
 
@@ -119,7 +121,9 @@ def read_source(path: Path, hints: Hints) -> Source:
 def _refuse_loops(spec: mujoco.MjSpec, path: Path) -> None:
     for what, things in (("equality constraint", spec.equalities), ("tendon", spec.tendons), ("flex", spec.flexes)):
         for thing in things:
-            raise InputError(f"{path}: has the {what} {thing.name!r}; only trees of links with a motor a joint are taken")
+            raise InputError(
+                f"{path}: has the {what} {thing.name!r}; only trees of links with a motor a joint are taken"
+            )
 
 
 def _take_out_the_world(spec: mujoco.MjSpec, notes: list[str]) -> None:

@@ -75,7 +75,9 @@ def find_stand(source: Source, soles: dict[Side, Sole]) -> Stand:
             f'height, {straight:.3f} m, or higher; try another bend, or stand = "keyframe", in robot.toml'
         )
     if bend > asked:
-        source.notes.append(f"the ranges of the joints allow no stand at {asked:g} of a straight leg; it is at {bend:g}")
+        source.notes.append(
+            f"the ranges of the joints allow no stand at {asked:g} of a straight leg; it is at {bend:g}"
+        )
     problem.put(found)
     height = float(data.xpos[hip][2] - _place(data, soles["left"])[0][2])
     return Stand(

@@ -24,7 +24,7 @@ _FADE = 0.3  # [s] that the arrow of a push stays after it: pushes are shorter t
 _ARROW_PER_WEIGHT = 0.4  # [m] of arrow for a force of one body weight
 _LEAST_ARROW = 0.16  # [m], so that its tail is out of the trunk
 _PAINT = 0.0006  # [m] above the floor
-_GRID, _GRID_REACH = 0.1, 15  # [m] between lines, and how many there are to each side
+_GRID, _GRID_REACH = 0.1, 15  # [m] between lines for a robot of size 1, and how many there are to each side
 _GRID_LINES = 2 * (2 * _GRID_REACH + 1)
 _RING = [(math.cos(a), math.sin(a)) for a in np.linspace(0.0, 2.0 * math.pi, 21)]
 _IDENTITY = np.eye(3).ravel()
@@ -43,6 +43,7 @@ class Overlay:
         self._scene = scene
         self._playback = playback
         self._eye = np.zeros(3)
+        self._size = playback.size
         self._grid: tuple[int, int] | None = None
         self._half_sole = {side: np.ptp(sole, axis=0) / 2 for side, sole in playback.soles.items()}
         self._mid_sole = {side: (sole.max(axis=0) + sole.min(axis=0)) / 2 for side, sole in playback.soles.items()}
@@ -80,14 +81,15 @@ class Overlay:
         if self._grid == (first, first + _GRID_LINES):
             self._scene.ngeom += _GRID_LINES
             return
-        middle = np.round(self._playback.cog[0, :2] / _GRID) * _GRID
+        grid = _GRID * math.ceil(self._size)
+        middle = np.round(self._playback.cog[0, :2] / grid) * grid
         for i in range(-_GRID_REACH, _GRID_REACH + 1):
             for axis in (0, 1):
                 start, end = np.append(middle, _PAINT / 2), np.append(middle, _PAINT / 2)
-                start[axis] += i * _GRID
-                end[axis] += i * _GRID
-                start[1 - axis] -= _GRID * _GRID_REACH
-                end[1 - axis] += _GRID * _GRID_REACH
+                start[axis] += i * grid
+                end[axis] += i * grid
+                start[1 - axis] -= grid * _GRID_REACH
+                end[1 - axis] += grid * _GRID_REACH
                 self._line(start, end, 1.0, _FLOOR_LINE)
         self._grid = (first, self._scene.ngeom)
 
@@ -116,15 +118,15 @@ class Overlay:
         if np.isfinite(play.zmp[tick]).all():
             foot = np.append(play.zmp[tick], 0.0)
             rod = self._add(Geom.mjGEOM_CAPSULE, [1, 1, 1], foot, _rgba("#9aa0a8"))
-            mujoco.mjv_connector(rod, Geom.mjGEOM_CAPSULE, 0.006, foot, play.cog[tick])
-        self._add(Geom.mjGEOM_SPHERE, [0.035] * 3, play.cog[tick], _rgba("#c9ced6"))
+            mujoco.mjv_connector(rod, Geom.mjGEOM_CAPSULE, 0.006 * self._size, foot, play.cog[tick])
+        self._add(Geom.mjGEOM_SPHERE, [0.035 * self._size] * 3, play.cog[tick], _rgba("#c9ced6"))
 
     def _marks(self, tick: int) -> None:
         play = self._playback
         cog = play.cog[tick]
         floor = np.array([cog[0], cog[1], 0.0])
         self._line(self._near(cog), self._near(floor), 2.0, _rgba(COG)).emission = 0.5
-        self._add(Geom.mjGEOM_SPHERE, [0.013 * _XRAY] * 3, self._near(cog), _rgba(COG)).emission = 0.3
+        self._add(Geom.mjGEOM_SPHERE, [0.013 * _XRAY * self._size] * 3, self._near(cog), _rgba(COG)).emission = 0.3
         self._disc(floor[:2], 0.005, _rgba(COG))
         self._disc(play.dcm[tick], 0.011, _rgba(DCM))
         self._disc(play.zmp[tick], 0.009, _rgba(ZMP))
@@ -145,10 +147,10 @@ class Overlay:
         force = play.force[pushed]
         alpha = 1.0 - max(0.0, (now - active.end) / _FADE)
         tip = play.force_point[pushed] + play.cog[tick] - play.cog[pushed]
-        length = float(np.linalg.norm(force)) * _ARROW_PER_WEIGHT / play.weight
-        tail = tip - force / np.linalg.norm(force) * max(length, _LEAST_ARROW)
+        length = float(np.linalg.norm(force)) * _ARROW_PER_WEIGHT * self._size / play.weight
+        tail = tip - force / np.linalg.norm(force) * max(length, _LEAST_ARROW * self._size)
         arrow = self._add(Geom.mjGEOM_ARROW, [1, 1, 1], tip, _rgba(PUSH, alpha))
-        mujoco.mjv_connector(arrow, Geom.mjGEOM_ARROW, 0.011 * _XRAY, self._near(tail), self._near(tip))
+        mujoco.mjv_connector(arrow, Geom.mjGEOM_ARROW, 0.011 * _XRAY * self._size, self._near(tail), self._near(tip))
         arrow.emission = 0.3
         arrow.size[2] *= 2.0  # MuJoCo draws an arrow half as long as its connector says
 
@@ -158,10 +160,11 @@ class Overlay:
     def _disc(self, point: Array, radius: float, rgba: tuple[float, ...]) -> None:
         if np.isfinite(point).all():
             place = self._near(np.array([point[0], point[1], _PAINT]))
-            self._add(Geom.mjGEOM_CYLINDER, [radius * _XRAY, 1e-4, 0], place, rgba).emission = 0.5
+            self._add(Geom.mjGEOM_CYLINDER, [radius * _XRAY * self._size, 1e-4, 0], place, rgba).emission = 0.5
 
     def _circle(self, point: Array, radius: float, rgba: tuple[float, ...]) -> None:
         if np.isfinite(point).all():
+            radius *= self._size
             ring = [self._near(np.array([point[0] + radius * c, point[1] + radius * s, _PAINT])) for c, s in _RING]
             for a, b in pairwise(ring):
                 self._line(a, b, 2.0, rgba)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from controllers.geometry.support_polygon import Foot, support_polygon
 from controllers.interface import Phase
-from models.arena import SIDES, Side
+from models.arena import SIDES, Side, drawn_size
 from scenarios.schema import Scenario
 from sim.record.outcome import Outcome, judge
 from sim.record.trace import Trace
@@ -57,6 +57,7 @@ class Playback:
         self.mass = float(robot["mass"])
         self.omega = float(robot["omega"])
         self.weight = self.mass * self.omega**2 * float(robot["cog_height"])
+        self.size = drawn_size(float(robot["cog_height"]))
         self.time = trace.time
         self.cog = _columns(trace, "cog_{}", "xyz")
         self.zmp = _columns(trace, "zmp_{}", "xy")

@@ -52,7 +52,7 @@ def missing_renderer() -> str | None:
     # A display that fails half-way complains again when it is collected; once is enough.
     hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
     try:
-        _open_gl(64, 64).free()
+        open_gl(64, 64).free()
     except Exception as error:  # noqa: BLE001 - drivers fail in their own ways: ImportError, AttributeError, GLError
         reason = (one_line(error) or type(error).__name__).rstrip(".")
         return (
@@ -193,7 +193,7 @@ class _Studio:
         self._window = mujoco.MjrRect(0, 0, *size)
 
     def __enter__(self) -> Self:
-        self._gl = _open_gl(self._window.width, self._window.height)
+        self._gl = open_gl(self._window.width, self._window.height)
         self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         return self
@@ -235,7 +235,7 @@ class _Studio:
 
 def _scenery(playback: Playback, size: tuple[int, int]) -> mujoco.MjModel:
     """The arena made cheap to draw in software: textures, shadows and multisampling cost most of a frame each."""
-    spec = build_arena(robot_path(playback.scenario.robot))
+    spec = build_arena(robot_path(playback.scenario.robot), size=playback.size)
     spec.visual.global_.offwidth, spec.visual.global_.offheight = size
     quality = spec.visual.quality
     quality.offsamples, quality.shadowsize = 0, 0
@@ -252,7 +252,7 @@ def _scenery(playback: Playback, size: tuple[int, int]) -> mujoco.MjModel:
     return model
 
 
-def _open_gl(width: int, height: int) -> GLContext:
+def open_gl(width: int, height: int) -> GLContext:
     """An offscreen OpenGL context, made current."""
     from mujoco.egl import GLContext  # fails where there is no EGL, and only films need it
 
