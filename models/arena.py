@@ -63,7 +63,7 @@ def build_arena(robot_xml: Path, *, timestep: float = 0.001, size: float = 1.0) 
 
 
 def drawn_size(cog_height: float) -> float:
-    """How large a robot with that height of the COG [m] is drawn: 1 for `utmu2`, for which cameras and marks are made."""
+    """How large a robot with that height of the COG [m] is drawn: 1 for `utmu2`, for whom all is placed."""
     return round(cog_height / _COG_HEIGHT, 3)
 
 
@@ -132,8 +132,8 @@ def _add_lights_and_cameras(spec: mujoco.MjSpec, size: float) -> None:
         ("front", (1.25, 0.0, 0.30), (0.0, 0.0, 0.26)),
         ("top", (0.0, -1e-6, 1.15), (0.0, 0.0, 0.0)),
     ):
-        position, target = (tuple(size * x for x in place) for place in (position, target))
-        spec.worldbody.add_camera(name=name, pos=position, quat=_look_at(position, target), fovy=38)
+        quat = _look_at(position, target)
+        spec.worldbody.add_camera(name=name, pos=size * np.array(position), quat=quat, fovy=38)
 
 
 def _look_at(position: tuple[float, ...], target: tuple[float, ...]) -> NDArray[np.float64]:

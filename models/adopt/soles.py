@@ -150,7 +150,7 @@ def _points(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
 
 
 def _largest_rectangle(points: Array) -> tuple[float, float, float, float] | None:
-    """x0, x1, y0, y1 of the largest rectangle along the axes in the hull of points (n, 2), on a grid; None for a line."""
+    """x0, x1, y0, y1 of the largest rectangle along the axes in the hull of points (n, 2); None for a line."""
     low, high = points.min(axis=0), points.max(axis=0)
     if len(points) < 3 or (high - low).min() < 1e-3:
         return None

@@ -132,7 +132,7 @@ def _take_out_the_world(spec: mujoco.MjSpec, notes: list[str]) -> None:
     for kind in (spec.pairs, spec.excludes, spec.sensors, spec.lights, spec.cameras, spec.skins):
         for thing in list(kind):
             spec.delete(thing)
-    world = [geom for geom in spec.worldbody.geoms]
+    world = list(spec.worldbody.geoms)
     for geom in world:
         spec.delete(geom)
     if world:

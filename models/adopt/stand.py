@@ -121,7 +121,8 @@ class _Problem:
     def best(self, height: float) -> Array | None:
         """The pose with the hip at a height [m] and knees ahead, nearest to home; None if none stands."""
         self._height = height
-        n, found = len(self._home) // 2, []
+        n = len(self._home) // 2
+        found: list[tuple[float, float, int, Array]] = []
         edge = 1e-3 * (self._high - self._low)
         # Which hinge folds the leg, and which way, is not known; the sides may be mirrored.
         turns = [(k, a, b) for k in range(n) for a in (0.7, -0.7) for b in (a, -a)]
