@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.fields import file_hash
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
 from controllers.interface import (
     BalanceCommand,
@@ -73,6 +74,7 @@ class Recording:
         self.period = scenario.timing.control
         self._scenario = scenario
         self._robot = robot
+        self._files = {option: file_hash(path) for option, path in scenario.controller.files(CONTROLLERS).items()}
         self._recorder = TraceRecorder(scenario.ticks, joints=joints)
         self._at = _Columns(self._recorder, joints is not None)
         last = max((push.end for push in scenario.pushes), default=None)
@@ -151,6 +153,7 @@ class Recording:
                 "scenario": self._scenario.as_dict(),
                 "robot": robot_facts(self._robot),
                 "controller_source": CONTROLLERS.entry(self._scenario.controller.name).source,
+                "controller_files": self._files,
                 "versions": versions(),
                 "commit": commit(),
                 "seed": self._scenario.seed,

@@ -92,16 +92,14 @@ def _layer(scenario: Scenario) -> WholeBodyLayer:
 
 
 def makers_of(scenario: Scenario) -> dict[str, str]:
-    """What an episode's bits depend on: versions, the robot, and the controller and the layer if they are files."""
+    """What an episode's bits depend on: versions, the robot, and what of controller and layer is in files."""
     robot = robot_named(scenario.robot)
     found = _versions() | {f"robot {robot.name}": robot.sha256[:12]}
-    named = [(CONTROLLERS, scenario.controller.name)]
+    chosen = [(CONTROLLERS, scenario.controller)]
     if (layer := layer_of(scenario)) is not None:
-        named.append((LAYERS, layer.name))
-    for registry, name in named:
-        entry = registry.entry(name)
-        if entry.source is not None:
-            found[entry.short] = entry.source[:12]
+        chosen.append((LAYERS, layer))
+    for registry, choice in chosen:
+        found |= {called: source[:12] for called, source in choice.sources(registry).items()}
     return found
 
 
