@@ -60,6 +60,12 @@ class Entry:
         return found
 
     @property
+    def libraries(self) -> tuple[str, ...]:
+        """The libraries that it brings, whose versions count for its results: an attribute of the class."""
+        found: tuple[str, ...] = getattr(self.cls, "libraries", ())
+        return found
+
+    @property
     def appearance(self) -> dict[str, str | None]:
         """Label, colour ("#rrggbb") and marker (of matplotlib) that it brings, and its source; null if none."""
         brought = {key: getattr(self.cls, key, None) for key in ("label", "colour", "marker")}

@@ -148,13 +148,14 @@ class Recording:
     def trace(self) -> Trace:
         """The record so far."""
         self._recorder.fill(self._motors.channels())
+        controller = CONTROLLERS.entry(self._scenario.controller.name)
         return self._recorder.trace(
             {
                 "scenario": self._scenario.as_dict(),
                 "robot": robot_facts(self._robot),
-                "controller_source": CONTROLLERS.entry(self._scenario.controller.name).source,
+                "controller_source": controller.source,
                 "controller_files": self._files,
-                "versions": versions(),
+                "versions": versions(controller.libraries),
                 "commit": commit(),
                 "seed": self._scenario.seed,
             }

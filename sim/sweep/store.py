@@ -124,6 +124,12 @@ def _robots(loaded: LoadedSuite) -> dict[str, str]:
     return {name: robot_named(full).sha256 for name, full in robots(loaded).items()}
 
 
+def _libraries(loaded: LoadedSuite) -> list[str]:
+    """What its controllers bring, each once."""
+    names = loaded.classes("controller").values()
+    return list(dict.fromkeys(library for full in names for library in CONTROLLERS.entry(full).libraries))
+
+
 def _files(loaded: LoadedSuite) -> dict[str, str]:
     """Hash of each file that options of controllers and layers name, by the file's name."""
     return {name: file_hash(path) for name, path in loaded.option_files().items()}
@@ -158,7 +164,10 @@ def _check_foreign(folder: Path) -> None:
 def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) -> None:
     """Write `sweep.json`: whose folder it is, with the versions that began it."""
     path, suite = folder / results.SWEEP, loaded.suite
-    begun = results.read_sweep(folder) if path.exists() else {"versions": versions(), "commit": commit()}
+    if path.exists():
+        begun = results.read_sweep(folder)
+    else:
+        begun = {"versions": versions(_libraries(loaded)), "commit": commit()}
     content = {
         "name": loaded.name,
         "description": suite.description,
