@@ -41,7 +41,9 @@ class Network:
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         options.execution_mode = runtime.ExecutionMode.ORT_SEQUENTIAL
         options.use_deterministic_compute = True
-        options.log_severity_level = 4  # what fails is raised; the rest would be written between lines of ours
+        # What fails is raised; the rest would be written between lines of ours.
+        options.log_severity_level = 4
+        runtime.set_default_logger_severity(4)
         try:
             # The bytes and not the path: what is not in the file is not in its hash either.
             self._session = runtime.InferenceSession(path.read_bytes(), options, providers=["CPUExecutionProvider"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -137,6 +138,13 @@ def test_what_does_not_fit_is_one_line(options: dict[str, Any], words: str, robo
 def test_an_answer_of_another_size_is_one_line(robot: Robot, tmp_path: Path) -> None:
     path = write_network(tmp_path / "p.onnx", np.zeros((7, 3)))
     with pytest.raises(InputError, match=r"action_joints: are 20, and 'p.onnx' answers 7 numbers to 3: command 3"):
+        policy(robot, path)
+
+
+def test_without_the_extra_one_line_says_which(robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_network(tmp_path / "p.onnx", np.zeros((COUNT, 3)))
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)  # as Python has what cannot be imported
+    with pytest.raises(InputError, match=r"controller.policy: needs onnxruntime; pip install 'okiagari\[onnx\]'"):
         policy(robot, path)
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 
+from controllers.learned.observation_terms import Name, TermOptions
+from controllers.learned.onnx_policy import Gait, OnnxPolicy
 from models.errors import InputError
 from models.robot import load_robot
 from scenarios.catalogue import load
@@ -17,6 +20,8 @@ from sim.cli.app import main
 from sim.episode.build import make_controller
 from sim.episode.episode import Episode, run_episode
 from sim.episode.plant import HumanoidPlant
+from sim.record.trace import load_trace
+from sim.sweep.worker import makers_of
 from tests.controllers.learned.tiny_network import TAKES, write_network
 
 pytest.importorskip("onnxruntime", reason=TAKES)
@@ -117,6 +122,16 @@ def test_an_episode_repeats_bit_by_bit(here: Path) -> None:
     assert run_episode(scenario(still), polygons=False).trace.values.tobytes() != one.tobytes()
 
 
+def test_a_run_can_be_run_again_from_its_folder(here: Path) -> None:
+    (here / "p.toml").write_text(FILE.replace("duration = 4.0", "duration = 1.5"))
+    for number, source in enumerate((here / "p.toml", Path("out0") / "scenario.toml")):
+        assert main(["run", str(source), "--no-video", "--out", f"out{number}"]) == 0
+    first, second = (load_trace(Path(f"out{number}") / "trace.parquet") for number in range(2))
+    assert first.values.tobytes() == second.values.tobytes()
+    assert first.metadata["versions"]["onnxruntime"] == second.metadata["versions"]["onnxruntime"] != "unknown"
+    assert len(first.metadata["controller_files"]["policy"]) == 64
+
+
 def test_its_gains_are_given_to_the_servos(here: Path) -> None:
     robot = load_robot("utmu2")
     gains = np.linspace(20.0, 40.0, COUNT)
@@ -214,3 +229,26 @@ def test_a_file_of_the_user_s_may_show_it_or_not(here: Path, capsys: pytest.Capt
     assert code == 2
     assert "controller 'mine.py:Wrong': last_input has shape (3,); it must be an array of shape (2,)" in err
     assert err.count("\n") == 1
+
+
+DOCUMENT = Path(__file__).resolve().parents[3] / "docs" / "policies.md"
+
+
+def test_the_document_names_every_option_and_term() -> None:
+    text = DOCUMENT.read_text(encoding="utf-8")
+    for model in (OnnxPolicy.Options, TermOptions, Gait):
+        assert [name for name in model.model_fields if f"`{name}`" not in text and f" {name}" not in text] == []
+    assert [name for name in get_args(Name) if f"`{name}`" not in text] == []
+
+
+def test_the_document_s_own_controller_is_shown(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (code,) = re.findall(r"```python\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)
+    (here / "linear.py").write_text(code)
+    np.savetxt(here / "gains.txt", np.zeros((COUNT, 3)))
+    (here / "own.toml").write_text(
+        'description = "x"\ncontroller = { name = "linear.py:Linear", gains = "gains.txt" }\n'
+    )
+    assert main(["policy", "mine/own.toml", "--seconds", "1", "--json"]) == 0
+    assert [term["name"] for term in json.loads(capsys.readouterr().out)["terms"]] == ["gyro"]
+    made = makers_of(load(here / "own.toml"))
+    assert len(made["gains.txt"]) == len(made["linear.py:Linear"]) == 12
