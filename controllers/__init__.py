@@ -3,7 +3,7 @@
 What a controller of your own needs is here by name; see README, "Your controller".
 """
 
-from controllers.fields import Strict
+from controllers.fields import File, Strict
 from controllers.interface import (
     BalanceCommand,
     BalanceController,
@@ -24,6 +24,7 @@ __all__ = [
     "BalanceCommand",
     "BalanceController",
     "Decision",
+    "File",
     "FootReference",
     "FootState",
     "JointController",

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import hashlib
+import os
+from pathlib import Path
+from typing import Annotated, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
+
+from models.errors import InputError
 
 # Minus zero is not below zero, and numpy takes it for negative all the same.
 NotNegative = Annotated[float, Field(ge=0), AfterValidator(abs)]
@@ -41,3 +46,42 @@ def within(line: str) -> PydanticCustomError:
 def conflict(field: str, why: str) -> PydanticCustomError:
     """The error of a table whose fields do not fit together; `field` is relative to that table."""
     return PydanticCustomError("conflict", "{field}: {why}", {"field": field, "why": why})
+
+
+class _OwnFile:
+    """Marks a field of options that names a file."""
+
+
+def _beside(name: str, info: ValidationInfo) -> str:
+    """The absolute path of a file, which is relative to the folder of the file that is read, if one is."""
+    path = (info.context or {}).get("folder", Path()) / name
+    if not os.path.isfile(path):  # False, too, for a name that no system can have
+        raise refusal(f"{name!r}: there is no file {os.path.abspath(path)!r}")
+    return str(path.resolve())
+
+
+File = Annotated[str, Field(min_length=1), AfterValidator(_beside), _OwnFile()]
+"""An option that names a file: relative to the scenario's file, absolute once it is read. What the file holds belongs
+to the controller like its own source: its hash goes into results and baselines. `File | None` may be left out."""
+
+
+def file_fields(model: type[BaseModel]) -> tuple[str, ...]:
+    """The fields of options that name files."""
+    return tuple(
+        name
+        for name, field in model.model_fields.items()
+        for marks in (field.metadata, *(getattr(kind, "__metadata__", ()) for kind in get_args(field.annotation)))
+        if any(isinstance(mark, _OwnFile) for mark in marks)
+    )
+
+
+def file_hash(path: Path) -> str:
+    """SHA-256 of a file's bytes.
+
+    Raises:
+        InputError: if it cannot be read.
+    """
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise InputError(f"{str(path)!r} cannot be read: {error.strerror}") from None

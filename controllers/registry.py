@@ -17,7 +17,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-from controllers.fields import Strict
+from controllers.fields import Strict, file_hash
 from models.errors import InputError, with_kind
 
 _BY_PATH = re.compile(r"(?P<file>.+\.py):(?P<cls>[A-Za-z_]\w*)")
@@ -57,6 +57,12 @@ class Entry:
     def options(self) -> type[Strict]:
         """The model of its options."""
         found: type[Strict] = getattr(self.cls, "Options", NoOptions)
+        return found
+
+    @property
+    def libraries(self) -> tuple[str, ...]:
+        """The libraries that it brings, whose versions count for its results: an attribute of the class."""
+        found: tuple[str, ...] = getattr(self.cls, "libraries", ())
         return found
 
     @property
@@ -115,7 +121,7 @@ class Registry:
         match = _BY_PATH.fullmatch(name)
         if match is not None:
             path = Path(match["file"])
-            source = _source(path)
+            source = file_hash(path)
             module, cls = _module_of_file(path, source), match["cls"]
             if not hasattr(module, cls):
                 raise InputError(f"{short(name)!r}: {str(path)!r} has no class {cls!r}")
@@ -155,13 +161,6 @@ def _installed(group: str) -> dict[str, Any]:
     return {point.name: point for point in entry_points(group=group)}
 
 
-def _source(path: Path) -> str:
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise InputError(f"{str(path)!r} cannot be read: {error.strerror}") from None
-
-
 @functools.cache
 def _module_of_file(path: Path, source: str) -> Any:
     """The module of a file, imported once for each content; its neighbours can be imported while it is."""
@@ -199,6 +198,7 @@ CONTROLLERS = Registry(
         "paper": "controllers.baselines.paper:PaperSupervisor",
         "regulator": "controllers.baselines.regulator_alone:RegulatorAlone",
         "statue": "controllers.baselines.statue:Statue",
+        "onnx": "controllers.learned.onnx_policy:OnnxPolicy",
     },
 )
 LAYERS = Registry(

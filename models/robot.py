@@ -52,6 +52,8 @@ class Robot:
         joint_range: (n, 2) lower and upper limit of each [rad].
         stall_torque: (n,) torque at standstill [N m].
         no_load_speed: (n,) speed at which the motor has no torque left [rad/s].
+        servo_stiffness: (n,) gain of the servo on the angle's error [N m/rad].
+        servo_damping: (n,) the same on the speed's [N m s/rad].
         joint_damping: (n,) viscous friction [N m s/rad].
         joint_friction: (n,) dry friction [N m].
         stand: (7 + n,) configuration of the keyframe `stand`: base position [m], quaternion (w x y z), joints [rad].
@@ -74,6 +76,8 @@ class Robot:
     joint_range: Array
     stall_torque: Array
     no_load_speed: Array
+    servo_stiffness: Array
+    servo_damping: Array
     joint_damping: Array
     joint_friction: Array
     stand: Array
@@ -181,7 +185,8 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
     trunk = model.body(TRUNK).id
     joints = [model.joint(i).name for i in range(1, model.njnt)]
     ground = min(data.site(f"{side}_sole").xpos[2] for side in SIDES)
-    motor = model.actuator_gainprm  # <dcmotor>: resistance, constant, ..., volts at [7]
+    # <dcmotor>: resistance, constant, ..., stiffness at [4], damping at [6], volts at [7]
+    motor = model.actuator_gainprm
     by_joint = [model.actuator_trnid[:, 0].tolist().index(model.joint(name).id) for name in joints]
     resistance, constant, volts = motor[by_joint, 0], motor[by_joint, 1], motor[by_joint, 7]
     leg_length, hip_height = _leg(model, data)
@@ -201,6 +206,8 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
         joint_range=_frozen(model.jnt_range[1:]),
         stall_torque=_frozen(np.minimum(constant * volts / resistance, model.actuator_forcerange[by_joint, 1])),
         no_load_speed=_frozen(volts / constant),
+        servo_stiffness=_frozen(motor[by_joint, 4]),
+        servo_damping=_frozen(motor[by_joint, 6]),
         joint_damping=_frozen(model.dof_damping[6:]),
         joint_friction=_frozen(model.dof_frictionloss[6:]),
         stand=_frozen(model.key(STAND).qpos),

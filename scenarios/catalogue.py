@@ -14,6 +14,7 @@ from controllers.gains import GainError
 from controllers.pendulum import Pendulum
 from controllers.registry import CONTROLLERS
 from models.errors import InputError
+from scenarios.choice import lacking
 from scenarios.error_messages import first_error, near
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
 from scenarios.push import COG, FASTEST
@@ -76,10 +77,13 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
         source: what to call the scenario in the message; its file.
 
     Raises:
-        InputError: if the gain cannot be used, a push acts on a body that does not exist or is too large for the
-            robot's mass, a step is longer than the legs or no whole number of control periods, a margin leaves nothing
-            of the sole, the pendulum is pushed up or down, or the record is larger than `MEMORY`.
+        InputError: if an option that the controller needs is missing, the gain cannot be used, a push acts on a body
+            that does not exist or is too large for the robot's mass, a step is longer than the legs or no whole number
+            of control periods, a margin leaves nothing of the sole, the pendulum is pushed up or down, or the record is
+            larger than `MEMORY`.
     """
+    if (option := lacking(scenario.controller, CONTROLLERS)) is not None:
+        raise InputError(f"{source}: controller.{option}: is missing; {scenario.controller.short!r} needs it")
     _check_gain(scenario, robot, source)
     for i, push in enumerate(scenario.pushes):
         bodies = (*robot.body_names, COG)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, ValidationInfo, model_serializer
 
-from controllers.fields import Strict, conflict, refusal, within
+from controllers.fields import Strict, conflict, file_fields, file_hash, refusal, within
 from controllers.registry import CONTROLLERS, LAYERS, Entry, Registry, short
 from models.errors import InputError
 from scenarios.error_messages import first_error, near
@@ -34,6 +34,25 @@ class Choice(Strict):
 
     def __str__(self) -> str:
         return self.short
+
+    def files(self, registry: Registry) -> dict[str, Path]:
+        """The files that its options name: option -> absolute path."""
+        named = file_fields(registry.entry(self.name).options) if self.options else ()
+        return {option: Path(path) for option in named if (path := self.options.get(option)) is not None}
+
+    def sources(self, registry: Registry) -> dict[str, str]:
+        """What it is made of beside Okiagari: SHA-256 of its class's file, and of those that its options name.
+
+        Raises:
+            InputError: if one cannot be read, or two are called the same.
+        """
+        source = registry.entry(self.name).source
+        found = {} if source is None else {self.short: source}
+        for option, path in self.files(registry).items():
+            value = file_hash(path)
+            if found.setdefault(path.name, value) != value:
+                raise InputError(f"{option}: two files are called {path.name!r}; rename one")
+        return found
 
     @model_serializer
     def _as_in_a_file(self) -> str | dict[str, Any]:
@@ -68,13 +87,14 @@ def _choice(registry: Registry) -> BeforeValidator:
         options = {key: option for key, option in table.items() if key != "name"}
         name = named(registry, table["name"], info)
         if options:
-            _check(registry.entry(name), options)
+            options |= _checked_files(registry.entry(name), options, info)
         return Choice(name=name, options=options)
 
     return BeforeValidator(read)
 
 
-def _check(entry: Entry, options: dict[str, Any]) -> None:
+def _checked_files(entry: Entry, options: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    """Check options; the files among them by their absolute paths."""
     model = entry.options
     for field in SHARED:
         if field in options and field in model.model_fields:
@@ -85,9 +105,17 @@ def _check(entry: Entry, options: dict[str, Any]) -> None:
             allowed = ", ".join(own) if own else "none"
             raise conflict(field, f"unknown option of {entry.short!r}{near(field, own)}; allowed: {allowed}")
     try:
-        model.model_validate(options)
+        checked = model.model_validate(options, context=info.context)
     except ValidationError as error:
         raise within(first_error(error, model)) from None
+    return {name: getattr(checked, name) for name in file_fields(model) if name in options}
+
+
+def lacking(choice: Choice, registry: Registry) -> str | None:
+    """An option that must be given and is not; None if there is none."""
+    fields = registry.entry(choice.name).options.model_fields.items()
+    needed = (name for name, field in fields if field.is_required() and name not in SHARED)
+    return next((name for name in needed if name not in choice.options), None)
 
 
 def _name(registry: Registry) -> AfterValidator:

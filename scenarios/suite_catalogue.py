@@ -70,6 +70,21 @@ class LoadedSuite:
                 raise InputError(f"{self.path}: {field}: two are called {short(name)!r}; rename a file or a class")
         return found
 
+    def option_files(self) -> dict[str, Path]:
+        """The files that options of its controllers and layers name: a file's name -> its path.
+
+        Raises:
+            InputError: if two of them are called the same.
+        """
+        base, found = self.base.as_dict(), dict[str, Path]()
+        for changes in ({}, *(self.suite.variants or {}).values()):
+            scenario = Scenario.model_validate(changed(base, changes), context={"folder": self.path.parent})
+            for field, registry in REGISTRIES.items():
+                for path in getattr(scenario, field).files(registry).values():
+                    if found.setdefault(path.name, path) != path:
+                        raise InputError(f"{self.path}: {field}: two files are called {path.name!r}; rename one")
+        return found
+
 
 def shipped() -> dict[str, Path]:
     """The suites that come with Okiagari: name -> file."""

@@ -43,7 +43,7 @@ class Baseline:
         suite: its name.
         seed: the suite's.
         robots: who was pushed.
-        versions: of Python and the libraries, and of the robots and those controllers that are files.
+        versions: of Python and the libraries, of the robots, and of the files that controllers are made of.
         commit: of Okiagari.
         rows: episodes with name, seed, parameters, outcome, and how many pushes of a train were survived; what else a
             table has may be missing.
@@ -70,6 +70,7 @@ def of_sweep(folder: Path) -> Baseline:
         raise BaselineError(f"{str(folder)!r}: the sweep is not finished; repeat the command that began it to go on")
     sources = {name: one.get("source") for name, one in (sweep.get("controllers") or {}).items()}
     sources |= {f"robot {name}": source for name, source in (sweep.get("robots") or {}).items()}
+    sources |= sweep.get("files") or {}
     return Baseline(
         suite=str(sweep["name"]),
         seed=sweep.get("seed"),

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from models.errors import InputError
-from sim.cli import ablation, adopt, check, film, hardest, listing, report, run, sets, sweep
+from sim.cli import ablation, adopt, check, film, listing, policy, report, run, sets, sweep
 from sim.cli.terminal import make_printable
 from sim.record.versions import commit, versions
 
@@ -57,7 +57,7 @@ def _program(
         raise typer.Exit
 
 
-for _commands in (run, film, listing, adopt, sets, sweep, ablation, report, check, hardest):
+for _commands in (run, film, listing, adopt, policy, sets, sweep, ablation, report, check):
     _commands.register(app)
 
 

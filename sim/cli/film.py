@@ -1,4 +1,4 @@
-"""The command line of films of runs: render."""
+"""The command line of films: render, and hardest of a sweep."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import typer
 
 from models.errors import InputError
 from sim.cli.numbers import not_negative, number
+from sim.cli.report import tell_unfinished
 from sim.cli.terminal import progress_bar
 from sim.episode import run_folder
 
@@ -22,6 +23,7 @@ def register(app: typer.Typer) -> None:
     app.command(epilog="Example: okiagari render out/three_pushes-humanoid --camera side --slow 4 --from 9 --to 10.5")(
         render
     )
+    app.command(epilog="Example: okiagari hardest out/sweep-trunk_push --out docs/hardest")(hardest)
 
 
 def why_no_video() -> str | None:
@@ -73,6 +75,36 @@ def render(
     with made_parents(real, "--out"), progress_bar("filming", 1.0) as progress:
         render_episode(trace, real, camera=camera, size=frame, fps=fps, slow=slow, span=span, progress=progress)
     print(path)
+
+
+def hardest(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep with thresholds.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Folder to write.", show_default="DIR/hardest")
+    ] = None,
+    controller: Annotated[str | None, typer.Option(help="Who answers.", show_default="the first that is shown")] = None,
+    case: Annotated[str | None, typer.Option(metavar="WORDS", help="Which case, if the suite has several.")] = None,
+) -> None:
+    """Film the hardest robust push of each direction: hardest_090.mp4, and a strip of frames hardest_090.png.
+
+    Each is run again from the sweep's row, and it is said whether every bit came back. What is filmed already is
+    skipped.
+    """
+    from sim.analysis.frame import load_rows
+    from sim.report.hardest import film_hardest, hardest_pushes
+    from sim.results.table import read_sweep
+    from sim.viz.video import missing_renderer
+
+    rows, sweep = load_rows(folder, all_columns=True), read_sweep(folder)
+    pushes = hardest_pushes(rows, sweep, controller, case)
+    tell_unfinished(len(rows), sweep)
+    note = missing_renderer()
+    if note:
+        raise InputError(note)
+    target = out if out is not None else folder / "hardest"
+    with progress_bar("filming", len(pushes)) as bar:
+        for push, words in film_hardest(folder, target, pushes, bar):
+            print(f"{target / push.name}.mp4  {push.words}; {words}", flush=True)
 
 
 def _span(begin: float | None, end: float | None, last: float) -> tuple[float, float]:

@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 
 from controllers.fields import NotNegative
 from scenarios.error_messages import first_error
+from scenarios.push import LONGEST
 
 
 def _reader(kind: Any) -> Callable[[object], Any]:
@@ -32,3 +33,5 @@ whole = _reader(Annotated[int, Field(ge=0)])
 """Reads a whole number that is not below 0."""
 positive = _reader(Annotated[int, Field(ge=1)])
 """Reads a whole number that is at least 1."""
+seconds = _reader(Annotated[float, Field(gt=0, le=LONGEST, allow_inf_nan=False)])
+"""Reads a length of an episode [s]."""

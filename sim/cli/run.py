@@ -15,9 +15,8 @@ from scenarios.catalogue import find
 from scenarios.push import Push
 from scenarios.schema import Scenario, World
 from sim.cli.film import why_no_video
-from sim.cli.names import named
 from sim.cli.numbers import whole
-from sim.cli.scenario_option import open_scenario
+from sim.cli.scenario_option import named, open_scenario
 from sim.cli.terminal import progress_bar
 from sim.episode import run_folder
 

@@ -1,4 +1,4 @@
-"""The scenario that a command line names, with what its options change of it."""
+"""The scenario and the classes that a command line names, with what its options change of a scenario."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from controllers.registry import Registry
 from models.errors import InputError
 from scenarios.catalogue import check_against, find, load
 from scenarios.error_messages import first_error
@@ -39,6 +40,22 @@ def open_scenario(name: str, overrides: Mapping[str, Any], assignments: Sequence
         raise InputError(f"{source}: {error}") from None
     check_against(scenario, robot, source=source)
     return scenario
+
+
+def named(registry: Registry, option: str, name: str | None) -> str | None:
+    """A name as scenarios hold it; None if none is given.
+
+    Raises:
+        InputError: if there is no such class; it begins with the option.
+    """
+    if name is None:
+        return None
+    try:
+        found = registry.absolute(name, Path())
+        registry.entry(found)
+    except InputError as error:
+        raise InputError(f"{option}: {error}") from None
+    return found
 
 
 def assigned(scenario: Scenario, assignments: Sequence[str]) -> Scenario:

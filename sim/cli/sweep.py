@@ -19,9 +19,8 @@ from scenarios.suite import MANY
 from scenarios.suite_catalogue import LoadedSuite, in_world, load_suite, shipped, with_controllers
 from scenarios.variants import CHANGEABLE, DECIDED
 from sim.cli.film import why_no_video
-from sim.cli.names import named
 from sim.cli.numbers import positive
-from sim.cli.scenario_option import assigned
+from sim.cli.scenario_option import assigned, named
 
 # What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.fields import file_hash
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
 from controllers.interface import (
     BalanceCommand,
@@ -73,6 +74,7 @@ class Recording:
         self.period = scenario.timing.control
         self._scenario = scenario
         self._robot = robot
+        self._files = {option: file_hash(path) for option, path in scenario.controller.files(CONTROLLERS).items()}
         self._recorder = TraceRecorder(scenario.ticks, joints=joints)
         self._at = _Columns(self._recorder, joints is not None)
         last = max((push.end for push in scenario.pushes), default=None)
@@ -146,12 +148,14 @@ class Recording:
     def trace(self) -> Trace:
         """The record so far."""
         self._recorder.fill(self._motors.channels())
+        controller = CONTROLLERS.entry(self._scenario.controller.name)
         return self._recorder.trace(
             {
                 "scenario": self._scenario.as_dict(),
                 "robot": robot_facts(self._robot),
-                "controller_source": CONTROLLERS.entry(self._scenario.controller.name).source,
-                "versions": versions(),
+                "controller_source": controller.source,
+                "controller_files": self._files,
+                "versions": versions(controller.libraries),
                 "commit": commit(),
                 "seed": self._scenario.seed,
             }

@@ -5,15 +5,20 @@ from __future__ import annotations
 import json
 import platform
 import subprocess
+from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 
 _LIBRARIES = ("okiagari", "mujoco", "dm_control", "placo", "numpy", "scipy")
 
 
-def versions() -> dict[str, str]:
-    """Version of Python, Okiagari and the libraries that a result depends on; "unknown" if not installed."""
-    return {"python": platform.python_version()} | {name: _version(name) for name in _LIBRARIES}
+def versions(brought: Iterable[str] = ()) -> dict[str, str]:
+    """Version of Python, Okiagari and the libraries that a result depends on; "unknown" if not installed.
+
+    Args:
+        brought: libraries that only its controller depends on.
+    """
+    return {"python": platform.python_version()} | {name: _version(name) for name in (*_LIBRARIES, *brought)}
 
 
 def _version(name: str) -> str:

@@ -236,7 +236,7 @@ def scenario_of(loaded: LoadedSuite, episode: PlannedEpisode) -> Scenario:
     fields |= {"seed": episode.seed, "pushes": pushes, "description": f"{loaded.name}: {suite.description}"}
     fields["robot"] = _robot_name(loaded, parameters)
     try:
-        return Scenario.model_validate(fields)
+        return Scenario.model_validate(fields, context={"folder": loaded.path.parent})
     except ValidationError as error:
         raise InputError(f"{loaded.path}: {_within(parameters)}{first_error(error, Scenario)}") from None
 

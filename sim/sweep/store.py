@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from controllers.fields import file_hash
 from controllers.registry import CONTROLLERS
 from models.errors import InputError
 from scenarios.suite_catalogue import LoadedSuite
@@ -100,8 +101,9 @@ def prepare(loaded: LoadedSuite, folder: Path) -> None:
         known = results.read_sweep(folder)
         if known["suite_hash"] != suite_hash(loaded):
             raise InputError(f"{str(folder)!r} holds {_other(known, loaded)}; choose another folder with --out")
-        now = {name: one["source"] for name, one in _appearances(loaded).items()} | _robots(loaded)
-        then = {name: one["source"] for name, one in known.get("controllers", {}).items()} | known.get("robots", {})
+        now = {name: one["source"] for name, one in _appearances(loaded).items()} | _robots(loaded) | _files(loaded)
+        then = {name: one["source"] for name, one in known.get("controllers", {}).items()}
+        then |= known.get("robots", {}) | known.get("files", {})
         if changed := [name for name in now if name in then and then[name] != now[name]]:
             raise InputError(
                 f"{str(folder)!r} holds results of {changed[0]!r} as its file was then, and it has changed since; "
@@ -120,6 +122,17 @@ def _appearances(loaded: LoadedSuite) -> dict[str, dict[str, str | None]]:
 def _robots(loaded: LoadedSuite) -> dict[str, str]:
     """Hash of each robot, by its name."""
     return {name: robot_named(full).sha256 for name, full in robots(loaded).items()}
+
+
+def _libraries(loaded: LoadedSuite) -> list[str]:
+    """What its controllers bring, each once."""
+    names = loaded.classes("controller").values()
+    return list(dict.fromkeys(library for full in names for library in CONTROLLERS.entry(full).libraries))
+
+
+def _files(loaded: LoadedSuite) -> dict[str, str]:
+    """Hash of each file that options of controllers and layers name, by the file's name."""
+    return {name: file_hash(path) for name, path in loaded.option_files().items()}
 
 
 def _other(known: Mapping[str, Any], loaded: LoadedSuite) -> str:
@@ -151,7 +164,10 @@ def _check_foreign(folder: Path) -> None:
 def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) -> None:
     """Write `sweep.json`: whose folder it is, with the versions that began it."""
     path, suite = folder / results.SWEEP, loaded.suite
-    begun = results.read_sweep(folder) if path.exists() else {"versions": versions(), "commit": commit()}
+    if path.exists():
+        begun = results.read_sweep(folder)
+    else:
+        begun = {"versions": versions(_libraries(loaded)), "commit": commit()}
     content = {
         "name": loaded.name,
         "description": suite.description,
@@ -165,6 +181,7 @@ def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) 
         "rest": loaded.base.judge.rest,
         "controllers": _appearances(loaded),
         "robots": _robots(loaded),
+        "files": _files(loaded),
         "versions": begun["versions"],
         "commit": begun["commit"],
         "planned": planned,

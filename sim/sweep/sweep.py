@@ -6,10 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from controllers.registry import CONTROLLERS
 from models.errors import InputError
 from scenarios.suite_catalogue import LoadedSuite
+from sim.episode.build import make_controller
+from sim.results.push_size import robot_named
 from sim.sweep.executors import Workers
-from sim.sweep.plan import plan, scenario_of
+from sim.sweep.plan import Series, plan, scenario_of
 from sim.sweep.progress import SweepDisplay
 from sim.sweep.runner import Runner
 from sim.sweep.scheduler import Scheduler
@@ -31,6 +34,7 @@ def run_sweep(loaded: LoadedSuite, folder: Path, workers: Workers, *, progress: 
             is full; what is finished is kept.
     """
     series = plan(loaded)
+    _check_joint_controllers(loaded, series)
     with owned(folder):
         prepare(loaded, folder)
         store = Store(folder)
@@ -57,3 +61,19 @@ def run_sweep(loaded: LoadedSuite, folder: Path, workers: Workers, *, progress: 
         Runner(workers, finished).work(jobs)
         store.finish()
         describe(loaded, folder, planned=scheduler.planned, finished=len(store.outcomes))
+
+
+def _check_joint_controllers(loaded: LoadedSuite, series: list[Series]) -> None:
+    """Build each controller at joint level once: one that does not fit its robot would crash in every episode."""
+    known = set()
+    for one in series:
+        parameters = one.episodes[0].parameters
+        if (key := tuple(map(parameters.get, ("robot", "world", "controller", "variant")))) in known:
+            continue
+        known.add(key)
+        scenario = scenario_of(loaded, one.episodes[0])
+        if CONTROLLERS.entry(scenario.controller.name).at_joints:
+            try:
+                make_controller(scenario, robot_named(scenario.robot))
+            except InputError as error:
+                raise InputError(f"{loaded.path}: {error}") from None

@@ -92,23 +92,22 @@ def _layer(scenario: Scenario) -> WholeBodyLayer:
 
 
 def makers_of(scenario: Scenario) -> dict[str, str]:
-    """What an episode's bits depend on: versions, the robot, and the controller and the layer if they are files."""
+    """What an episode's bits depend on: versions, the robot, and what of controller and layer is in files."""
     robot = robot_named(scenario.robot)
-    found = _versions() | {f"robot {robot.name}": robot.sha256[:12]}
-    named = [(CONTROLLERS, scenario.controller.name)]
+    chosen = [(CONTROLLERS, scenario.controller)]
     if (layer := layer_of(scenario)) is not None:
-        named.append((LAYERS, layer.name))
-    for registry, name in named:
-        entry = registry.entry(name)
-        if entry.source is not None:
-            found[entry.short] = entry.source[:12]
+        chosen.append((LAYERS, layer))
+    brought = tuple(library for registry, choice in chosen for library in registry.entry(choice.name).libraries)
+    found = _versions(brought) | {f"robot {robot.name}": robot.sha256[:12]}
+    for registry, choice in chosen:
+        found |= {called: source[:12] for called, source in choice.sources(registry).items()}
     return found
 
 
-@functools.lru_cache(maxsize=1)
-def _versions() -> dict[str, str]:
+@functools.lru_cache
+def _versions(brought: tuple[str, ...]) -> dict[str, str]:
     """Of this process, which imported its code once."""
-    return versions()
+    return versions(brought)
 
 
 @functools.lru_cache(maxsize=1)
