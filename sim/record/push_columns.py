@@ -50,7 +50,7 @@ class PushColumns:
             which: indices of those that are asked for.
             rows: of the trace.
         """
-        found = {}
+        found: dict[str, tuple[str, Array]] = {}
         for index in which:
             values = np.column_stack([np.zeros((rows, 3)), np.full((rows, 3), np.nan)])
             for tick, value in self._acted[index]:
