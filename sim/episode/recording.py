@@ -97,7 +97,7 @@ class Recording:
 
     @property
     def set_polygons(self) -> tuple[SetPolygon, ...]:
-        """Outlines of the sets at the end of each push that left the regulator's set, and of the last."""
+        """Outlines of the sets at the end of each push that left the regulator's set, and of those that end last."""
         return self._polygons + self._last_polygons
 
     def see(self, observation: Observation, condition: Condition, action: Action) -> bool:
@@ -211,8 +211,8 @@ class Recording:
                 ended |= {"regulator_slack": said.standing, "tracking_slack": said.stepping}
                 if said.standing is None or not said.standing >= 0.0:
                     self._polygons += self._outlines(index, push, x)
-                elif index == max(range(len(pushes)), key=lambda i: pushes[i].end):
-                    self._last_polygons = self._outlines(index, push, x)
+                elif push.end >= max(other.end for other in pushes) - 1e-9:
+                    self._last_polygons += self._outlines(index, push, x)
             self._ended[index] = ended
 
     def _outlines(self, index: int, push: Push, x: Array) -> tuple[SetPolygon, ...]:
