@@ -76,11 +76,8 @@ class Caption:
         return f"{name}: step {steps}" if name == "stepping" else name
 
     def _push_words(self, tick: int) -> list[str]:
-        """The pushes that act, the latest first, or else the last one for a moment more."""
-        now = self._playback.time[tick]
-        begun = [push for push in reversed(self._playback.pushes) if push.start <= now <= push.end + _SHOWN_AFTER]
-        latest = max((push.start for push in begun), default=0.0)
-        told = [push for push in begun if push.end > latest or push.start == latest][:_PUSHES_TOLD]
+        """The pushes that act, or did a moment ago, the latest first."""
+        told = self._playback.recent(self._playback.time[tick], _SHOWN_AFTER)[::-1][:_PUSHES_TOLD]
         return [f"push {push.number}: {push.words}" for push in told]
 
     def _draw_clock(self, words: str) -> Patch:

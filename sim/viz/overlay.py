@@ -137,13 +137,8 @@ class Overlay:
         self._circle(play.zmp_command[tick], 0.014, _rgba(ZMP))
 
     def _push(self, tick: int) -> None:
-        play, now = self._playback, self._playback.time[tick]
-        begun = [push for push in play.pushes if push.start <= now <= push.end + _FADE]
-        latest = max((push.start for push in begun), default=0.0)
-        for push in begun:
-            # The arrow of one that is over gives way to the next.
-            if push.end > latest or push.start == latest:
-                self._one_push(push, tick)
+        for push in self._playback.recent(self._playback.time[tick], _FADE):
+            self._one_push(push, tick)
 
     def _one_push(self, push: PushMark, tick: int) -> None:
         play = self._playback

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 # A sole that carries less than this fraction of the weight is being put down or lifted, not a support.
 _LOADED = 0.01
+# Times are sums of decimal fractions.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -133,6 +135,12 @@ class Playback:
             _columns(self.trace, own + ("t{}" if push.is_torque else "f{}"), "xyz"),
             _columns(self.trace, own + "{}", "xyz"),
         )
+
+    def recent(self, now: float, after: float) -> list[PushMark]:
+        """The pushes that act at `now` [s] or did until `after` [s] ago; one that is over gives way to the next."""
+        begun = [push for push in self.pushes if push.start <= now <= push.end + after]
+        latest = max((push.start for push in begun), default=0.0)
+        return [push for push in begun if push.end > latest + _ROUNDING]
 
     def phases(self) -> list[tuple[float, float, Phase]]:
         """From when to when [s] it stood and stepped, without gaps."""

@@ -105,7 +105,7 @@ def _together(playback: Playback) -> list[list[PushMark]]:
     for push in playback.pushes:
         if push.start > playback.time[-1]:
             continue
-        if groups and push.start < max(other.end for other in groups[-1]):
+        if groups and push.start < max(other.end for other in groups[-1]) - 1e-9:
             groups[-1].append(push)
         else:
             groups.append([push])
