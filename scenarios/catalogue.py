@@ -138,12 +138,15 @@ def _check_pushes(scenario: Scenario, robot: Robot, source: str) -> None:
 
 def _check_torque(push: Push, where: str, scenario: Scenario, robot: Robot) -> None:
     if scenario.world == "pendulum":
-        raise InputError(f"{where}.torque: {push.words}: the pendulum is a point, which no torque turns; give a force")
+        raise InputError(
+            f"{where}.torque: {push.torque_words}: the pendulum is a point, which no torque turns; give a force"
+        )
     spin, most = float(np.linalg.norm(push.asked(robot.mass))), FASTEST * robot.mass * robot.cog_height
     if spin > most * (1 + WHOLE):
         raise InputError(
-            f"{where}.torque: {push.words} for {push.duration:g} s is {spin:.3g} N m s; at most {most:.3g} N m s are "
-            f"allowed, which {FASTEST:g} m/s of {robot.name}'s mass at the height of its COG have about the floor"
+            f"{where}.torque: {push.torque_words} for {push.duration:g} s is {spin:.3g} N m s; at most "
+            f"{most:.3g} N m s are allowed, which {FASTEST:g} m/s of {robot.name}'s mass at the height of its COG have "
+            "about the floor"
         )
 
 

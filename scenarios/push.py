@@ -131,11 +131,9 @@ class Push(Strict):
         return 0 if along else 1
 
     @property
-    def words(self) -> str:
-        """A torque in words: "torque 3 N m about -y on trunk"; of a force its size: "0.3 m/s on trunk"."""
-        if self.torque is None:
-            size = f"{self.impulse:g} N s" if self.impulse is not None else f"{self.delta_v:g} m/s"
-            return f"{size} on {self.body}"
+    def torque_words(self) -> str:
+        """A torque in words: "torque 3 N m about -y on trunk"; only of a torque."""
+        assert self.torque is not None
         return f"torque {np.linalg.norm(self.torque):.3g} N m about {_axis_words(self.unit)} on {self.body}"
 
     def impulse_vector(self, mass: float) -> NDArray[np.float64]:

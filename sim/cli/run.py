@@ -150,7 +150,7 @@ def _report(name: str, result: EpisodeResult, folder: Path) -> None:
 def direction_words(push: Push) -> str:
     """Where a push goes: "90°", "up", or "0°, 30° down"; "torque 3 N m about y" of a torque."""
     if push.torque is not None:
-        return push.words.removesuffix(f" on {push.body}")
+        return push.torque_words.removesuffix(f" on {push.body}")
     x, y, z = push.unit.tolist()
     flat = math.hypot(x, y)
     if flat < 1e-9:

@@ -28,6 +28,7 @@ _ARC = np.linspace(0.0, 1.5 * math.pi, 25)  # [rad] of a torque's
 _ARC_PER_ARM = 2.0  # radius of the arc of a torque, by its lever under one body weight
 _ARCS = (0.09, 0.2)  # [m] the smallest and the largest radius
 _ARC_HEAD = 0.07  # [m]
+_PUSHES_DRAWN = 16  # at once, the latest ones: a scene holds so many marks and no more
 _PAINT = 0.0006  # [m] above the floor
 _GRID, _GRID_REACH = 0.1, 15  # [m] between lines, and how many there are to each side
 _GRID_LINES = 2 * (2 * _GRID_REACH + 1)
@@ -137,7 +138,7 @@ class Overlay:
         self._circle(play.zmp_command[tick], 0.014, _rgba(ZMP))
 
     def _push(self, tick: int) -> None:
-        for push in self._playback.recent(self._playback.time[tick], _FADE):
+        for push in self._playback.recent(self._playback.time[tick], _FADE)[-_PUSHES_DRAWN:]:
             self._one_push(push, tick)
 
     def _one_push(self, push: PushMark, tick: int) -> None:

@@ -153,7 +153,7 @@ class Playback:
         for number, push in enumerate(self.scenario.pushes, start=1):
             size = float(np.linalg.norm(push.asked(self.mass)))
             turns = push.torque is not None
-            words = f"{push.words}, {size:.2f} N m s" if turns else f"{size:.2f} N s, {size / self.mass:.2f} m/s"
+            words = f"{push.torque_words}, {size:.2f} N m s" if turns else f"{size:.2f} N s, {size / self.mass:.2f} m/s"
             when = {"start": push.start, "end": push.end}
             yield PushMark(number=number, axis=push.axis, words=words, is_torque=turns, **when)
 

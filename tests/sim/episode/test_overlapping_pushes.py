@@ -170,4 +170,4 @@ def test_torque_tips_the_trunk_the_way_its_axis_says() -> None:
 )
 def test_words_of_a_torque(torque: tuple[float, float, float], words: str, axis: int) -> None:
     push = Push(start=0.0, torque=torque)
-    assert (push.words, push.axis) == (words, axis)
+    assert (push.torque_words, push.axis) == (words, axis)
