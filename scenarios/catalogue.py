@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from models.errors import InputError
 from scenarios.choice import lacking
 from scenarios.error_messages import first_error, near
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
-from scenarios.push import COG, FASTEST
+from scenarios.push import COG, FASTEST, Push
 from scenarios.schema import Scenario
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ MEMORY = 2_000_000_000
 """Of the record of an episode, at most [byte]."""
 CHANNELS = 60
 """At most so many numbers a control period, and three for each joint: its angle, torque and speed."""
+_FIELDS = tuple(Scenario.model_fields)
 
 
 def shipped() -> dict[str, Path]:
@@ -79,12 +81,43 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
     Raises:
         InputError: if an option that the controller needs is missing, the gain cannot be used, a push acts on a body
             that does not exist or is too large for the robot's mass, a step is longer than the legs or no whole number
-            of control periods, a margin leaves nothing of the sole, the pendulum is pushed up or down, or the record is
-            larger than `MEMORY`.
+            of control periods, a margin leaves nothing of the sole, the pendulum is pushed up or down or turned, or the
+            record is larger than `MEMORY`.
     """
     if (option := lacking(scenario.controller, CONTROLLERS)) is not None:
         raise InputError(f"{source}: controller.{option}: is missing; {scenario.controller.short!r} needs it")
     _check_gain(scenario, robot, source)
+    _check_pushes(scenario, robot, source)
+    _check_steps(scenario, robot, source)
+    _check_memory(scenario, robot, source)
+
+
+def with_push(scenario: Scenario, push: Push, robot: Robot) -> tuple[Scenario, int]:
+    """The same scenario with one push more.
+
+    Args:
+        scenario: as run so far.
+        push: the new one; it comes after those that begin when it does.
+        robot: the robot that the scenario names.
+
+    Returns:
+        The scenario, and the index of the push in it.
+
+    Raises:
+        InputError: if such a scenario is not allowed; one line that names field, value and what is allowed.
+    """
+    index = bisect_right([one.start for one in scenario.pushes], push.start)
+    pushes = (*scenario.pushes[:index], push, *scenario.pushes[index:])
+    try:
+        longer = Scenario.model_validate({name: getattr(scenario, name) for name in _FIELDS} | {"pushes": pushes})
+    except ValidationError as error:
+        raise InputError(f"added push: {first_error(error, Scenario)}") from None
+    _check_pushes(longer, robot, "added push")
+    _check_memory(longer, robot, "added push")
+    return longer, index
+
+
+def _check_pushes(scenario: Scenario, robot: Robot, source: str) -> None:
     for i, push in enumerate(scenario.pushes):
         bodies = (*robot.body_names, COG)
         if push.body not in bodies:
@@ -92,6 +125,9 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
                 f"{source}: pushes[{i}].body: {robot.name} has no body {push.body!r}"
                 f"{near(push.body, bodies)}; allowed: {', '.join(bodies)}"
             )
+        if push.torque is not None:
+            _check_torque(push, f"{source}: pushes[{i}]", scenario, robot)
+            continue
         speed = float(np.linalg.norm(push.impulse_vector(robot.mass))) / robot.mass
         if speed > FASTEST * (1 + WHOLE):
             raise InputError(
@@ -102,12 +138,24 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
             raise InputError(
                 f"{source}: pushes[{i}].vector: {list(push.vector)} is not horizontal; the pendulum's height is fixed"
             )
-    _check_steps(scenario, robot, source)
-    _check_memory(scenario, robot, source)
+
+
+def _check_torque(push: Push, where: str, scenario: Scenario, robot: Robot) -> None:
+    if scenario.world == "pendulum":
+        raise InputError(
+            f"{where}.torque: {push.torque_words}: the pendulum is a point, which no torque turns; give a force"
+        )
+    spin, most = float(np.linalg.norm(push.asked(robot.mass))), FASTEST * robot.mass * robot.cog_height
+    if spin > most * (1 + WHOLE):
+        raise InputError(
+            f"{where}.torque: {push.torque_words} for {push.duration:g} s is {spin:.3g} N m s; at most "
+            f"{most:.3g} N m s are allowed, which {FASTEST:g} m/s of {robot.name}'s mass at the height of its COG have "
+            "about the floor"
+        )
 
 
 def _check_memory(scenario: Scenario, robot: Robot, source: str) -> None:
-    columns = CHANNELS + 3 * len(robot.joint_names)
+    columns = CHANNELS + 3 * len(robot.joint_names) + 6 * len(scenario.apart)
     most = MEMORY // (8 * columns)
     if scenario.ticks > most:
         raise InputError(

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from controllers.interface import FootState, JointTargets, Observation
 from models.arena import FLOOR, SIDES, build_arena
 from models.robot import STAND, TRUNK, Robot, Side
-from scenarios.push import COG
+from scenarios.catalogue import with_push
+from scenarios.push import COG, Push
 from scenarios.schema import Disturbance, Scenario
-from sim.episode.push_schedule import ImpulseLog, schedule
+from sim.episode.push_schedule import ImpulseLog, ScheduledPush, schedule, start_of_step
 
 Array = NDArray[np.float64]
 
@@ -43,28 +44,35 @@ class PushedPhysics(dm_mujoco.Physics):
         """Take a schedule of pushes, from physics step 0 on."""
         self.impulse_log = impulse_log
         self.steps_done = 0
+        self.bodies = [self._body(push) for push in impulse_log.scheduled]
+
+    def add_push(self, index: int, push: ScheduledPush) -> None:
+        """Take in a push of which no step has been simulated; see `ImpulseLog.insert`."""
+        self.impulse_log.insert(index, push)
+        self.bodies.insert(index, self._body(push))
+
+    def _body(self, push: ScheduledPush) -> int:
         # MuJoCo's body 0 is the world, which stands here for all bodies.
-        self.bodies = [
-            0 if push.push.body == COG else self.model.body(push.push.body).id for push in impulse_log.scheduled
-        ]
+        return 0 if push.push.body == COG else int(self.model.body(push.push.body).id)
 
     def step(self, nstep: int = 1) -> None:
-        """Advance by `nstep` physics steps, each with the force of the push that acts in it."""
-        index = self.impulse_log.active(self.steps_done, self.steps_done + nstep)
-        if index is None:
+        """Advance by `nstep` physics steps, each with the forces and torques of all pushes that act in it."""
+        acting = self.impulse_log.active(self.steps_done, self.steps_done + nstep)
+        if not acting:
             super().step(nstep)
             self.steps_done += nstep
             return
         for _ in range(nstep):
-            force = self.impulse_log.force(index, self.steps_done)
-            if force is not None:
-                self._apply(index, force)
+            for index in acting:
+                if (sample := self.impulse_log.sample(index, self.steps_done)) is not None:
+                    self._apply(index, sample)
             super().step(1)
             self.steps_done += 1
-            self.data.ptr.xfrc_applied[self.bodies[index] or slice(None)] = 0.0
+            for index in acting:
+                self.data.ptr.xfrc_applied[self.bodies[index] or slice(None)] = 0.0
 
     def push_point(self, index: int) -> Array:
-        """(3,) where a push acts now, world frame [m]."""
+        """(3,) where a push acts now, of a torque the body's COM, world frame [m]."""
         data, body, push = self.data.ptr, self.bodies[index], self.impulse_log.scheduled[index].push
         if not body:
             return data.subtree_com[0].copy()
@@ -75,18 +83,22 @@ class PushedPhysics(dm_mujoco.Physics):
         point[2] += push.height
         return point
 
-    def _apply(self, index: int, force: Array) -> None:
+    def _apply(self, index: int, sample: Array) -> None:
+        """Add a force or torque (3,) to what acts already, and book what it added."""
         data, body, push = self.data.ptr, self.bodies[index], self.impulse_log.scheduled[index].push
         if not body:
             mass = self.model.ptr.body_mass
-            data.xfrc_applied[:, :3] = np.outer(mass / mass.sum(), force)
-            self.impulse_log.book(index, data.xfrc_applied[:, :3].sum(axis=0))
+            before = data.xfrc_applied[:, :3].sum(axis=0)
+            data.xfrc_applied[:, :3] += np.outer(mass / mass.sum(), sample)
+            self.impulse_log.book(index, data.xfrc_applied[:, :3].sum(axis=0) - before)
             return
         wrench = data.xfrc_applied[body]
-        wrench[:3] = force
+        kind = slice(0, 3) if push.torque is None else slice(3, 6)
+        before = wrench[kind].copy()
+        wrench[kind] += sample
+        self.impulse_log.book(index, wrench[kind] - before)
         if push.point is not None or push.height:
-            wrench[3:] = np.cross(self.push_point(index) - data.xipos[body], force)
-        self.impulse_log.book(index, wrench[:3])
+            wrench[3:] += np.cross(self.push_point(index) - data.xipos[body], sample)
 
 
 class HumanoidWorld:
@@ -96,6 +108,7 @@ class HumanoidWorld:
         physics: the simulation; also what the dm_env environment is built on.
         robot: its facts.
         substeps: physics steps in a control period.
+        scenario: of the episode, with the pushes that were added to it.
     """
 
     def __init__(self, scenario: Scenario, robot: Robot) -> None:
@@ -107,7 +120,7 @@ class HumanoidWorld:
         """
         self.robot = robot
         self.substeps = scenario.timing.substeps
-        self._scenario = scenario
+        self._asked = scenario
         self._dt = scenario.timing.control
         model = build_arena(robot.path, timestep=scenario.timing.physics).compile()
         _disturb(model, scenario.disturbance)
@@ -127,7 +140,7 @@ class HumanoidWorld:
 
     def reset(self, scenario: Scenario | None = None) -> None:
         """Start the episode anew, or one of a scenario that differs in seed, variation and pushes only."""
-        self._scenario = scenario or self._scenario
+        self._asked = scenario or self._asked
         with self.physics.reset_context():
             self.arrange()
 
@@ -136,7 +149,9 @@ class HumanoidWorld:
 
         To be called within a `reset_context` of the physics, as `reset` and dm_control's environments do.
         """
-        scenario, model, data = self._scenario, self._model, self._data
+        # Pushes that were added belong to the episode that is over.
+        self.scenario = scenario = self._asked
+        model, data = self._model, self._data
         period = scenario.timing.physics
         self.physics.plan_pushes(ImpulseLog(schedule(scenario.pushes, period, self.robot.mass), period))
         mujoco.mj_resetDataKeyframe(model, data, model.key(STAND).id)
@@ -150,6 +165,24 @@ class HumanoidWorld:
         still = np.zeros(len(self.robot.joint_names))
         self.set_targets(JointTargets(position=data.qpos[7:], velocity=still, torque=still))
         self.ticks = 0
+
+    def add_push(self, push: Push) -> Push:
+        """Push while the episode runs.
+
+        Args:
+            push: what to add; its start does not matter.
+
+        Returns:
+            The same with its start, which is that of the next physics step; `scenario` holds it from now on.
+
+        Raises:
+            InputError: if the scenario would not be allowed with it; nothing is added then.
+        """
+        dt, step = self.scenario.timing.physics, self.physics.steps_done
+        push = push.model_copy(update={"start": start_of_step(step, dt)})
+        self.scenario, index = with_push(self.scenario, push, self.robot)
+        self.physics.add_push(index, *schedule([push], dt, self.robot.mass))
+        return push
 
     @property
     def time(self) -> float:
