@@ -20,9 +20,12 @@ Geom = mujoco.mjtGeom
 # is the same place and size, but no part of the robot can hide them.
 _XRAY = 0.4
 _XRAY_SUPPORT = 0.41  # the polygon lies just behind the other marks
-_FADE = 0.3  # [s] that the arrow of a push stays after it: pushes are shorter than an eye needs
-_ARROW_PER_WEIGHT = 0.4  # [m] of arrow for a force of one body weight
-_LEAST_ARROW = 0.16  # [m], so that its tail is out of the trunk
+FADE = 0.3
+"""How long the arrow of a push stays after it [s]: pushes are shorter than an eye needs."""
+ARROW_PER_WEIGHT = 0.4
+"""Length of the arrow for a force of one body weight [m]."""
+LEAST_ARROW = 0.16
+"""Its least length, so that its tail is out of the trunk [m]."""
 _PAINT = 0.0006  # [m] above the floor
 _GRID, _GRID_REACH = 0.1, 15  # [m] between lines, and how many there are to each side
 _GRID_LINES = 2 * (2 * _GRID_REACH + 1)
@@ -134,7 +137,7 @@ class Overlay:
         play = self._playback
         now = play.time[tick]
         active = next((p for p in reversed(play.pushes) if p.start <= now), None)
-        if active is None or now > active.end + _FADE:
+        if active is None or now > active.end + FADE:
             return
         rows = np.arange(play.tick(active.start), min(tick, play.tick(active.end)) + 1)
         sizes = np.linalg.norm(play.force[rows], axis=1)
@@ -143,10 +146,10 @@ class Overlay:
         # Afterwards its largest force is what should be remembered, not the last of a half sine.
         pushed = tick if tick in rows and sizes[-1] > 0.0 else int(rows[sizes.argmax()])
         force = play.force[pushed]
-        alpha = 1.0 - max(0.0, (now - active.end) / _FADE)
+        alpha = 1.0 - max(0.0, (now - active.end) / FADE)
         tip = play.force_point[pushed] + play.cog[tick] - play.cog[pushed]
-        length = float(np.linalg.norm(force)) * _ARROW_PER_WEIGHT / play.weight
-        tail = tip - force / np.linalg.norm(force) * max(length, _LEAST_ARROW)
+        length = float(np.linalg.norm(force)) * ARROW_PER_WEIGHT / play.weight
+        tail = tip - force / np.linalg.norm(force) * max(length, LEAST_ARROW)
         arrow = self._add(Geom.mjGEOM_ARROW, [1, 1, 1], tip, _rgba(PUSH, alpha))
         mujoco.mjv_connector(arrow, Geom.mjGEOM_ARROW, 0.011 * _XRAY, self._near(tail), self._near(tip))
         arrow.emission = 0.3

@@ -1,0 +1,55 @@
+"""A quiet server of viser's for this machine only, from the extra `view`."""
+
+from __future__ import annotations
+
+import io
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout, suppress
+from typing import TYPE_CHECKING
+
+from models.errors import InputError
+
+if TYPE_CHECKING:
+    import viser
+
+HOST = "127.0.0.1"
+"""Who can reach this machine from outside must not push its robot."""
+
+
+@contextmanager
+def served(port: int = 0) -> Iterator[viser.ViserServer]:
+    """A server that runs while the block does.
+
+    Args:
+        port: where it listens; 0 for any that is free.
+
+    Raises:
+        InputError: if viser is not installed, or the port is taken or not ours to take.
+    """
+    try:
+        import viser
+    except ImportError:
+        raise InputError(
+            "viewing in 3-D needs viser, which is not installed; pip install 'okiagari[view]' or make extras"
+        ) from None
+    _check_free(port)
+    # Viser announces itself on stdout, which is ours; tracebacks and logs go elsewhere.
+    with redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host=HOST, port=port, label="Okiagari", verbose=False)
+    try:
+        yield server
+    finally:
+        with redirect_stdout(io.StringIO()):
+            server.stop()
+
+
+def _check_free(port: int) -> None:
+    """Refuse a taken port, instead of which viser would take the next one."""
+    with socket.socket() as trial:
+        with suppress(OSError):
+            trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            trial.bind((HOST, port))
+        except OSError as error:
+            raise InputError(f"--port: {port} cannot be used: {error.strerror}; choose another") from None
