@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ from controllers.registry import CONTROLLERS
 from models.errors import InputError
 from scenarios.error_messages import first_error, near
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
-from scenarios.push import COG, FASTEST
+from scenarios.push import COG, FASTEST, Push
 from scenarios.schema import Scenario
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ MEMORY = 2_000_000_000
 """Of the record of an episode, at most [byte]."""
 CHANNELS = 60
 """At most so many numbers a control period, and three for each joint: its angle, torque and speed."""
+_FIELDS = tuple(Scenario.model_fields)
 
 
 def shipped() -> dict[str, Path]:
@@ -81,6 +83,36 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
             of the sole, the pendulum is pushed up or down, or the record is larger than `MEMORY`.
     """
     _check_gain(scenario, robot, source)
+    _check_pushes(scenario, robot, source)
+    _check_steps(scenario, robot, source)
+    _check_memory(scenario, robot, source)
+
+
+def with_push(scenario: Scenario, push: Push, robot: Robot) -> tuple[Scenario, int]:
+    """The same scenario with one push more.
+
+    Args:
+        scenario: as run so far.
+        push: the new one; it comes after those that begin when it does.
+        robot: the robot that the scenario names.
+
+    Returns:
+        The scenario, and the index of the push in it.
+
+    Raises:
+        InputError: if such a scenario is not allowed; one line that names field, value and what is allowed.
+    """
+    index = bisect_right([one.start for one in scenario.pushes], push.start)
+    pushes = (*scenario.pushes[:index], push, *scenario.pushes[index:])
+    try:
+        longer = Scenario.model_validate({name: getattr(scenario, name) for name in _FIELDS} | {"pushes": pushes})
+    except ValidationError as error:
+        raise InputError(f"added push: {first_error(error, Scenario)}") from None
+    _check_pushes(longer, robot, "added push")
+    return longer, index
+
+
+def _check_pushes(scenario: Scenario, robot: Robot, source: str) -> None:
     for i, push in enumerate(scenario.pushes):
         bodies = (*robot.body_names, COG)
         if push.body not in bodies:
@@ -98,8 +130,6 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
             raise InputError(
                 f"{source}: pushes[{i}].vector: {list(push.vector)} is not horizontal; the pendulum's height is fixed"
             )
-    _check_steps(scenario, robot, source)
-    _check_memory(scenario, robot, source)
 
 
 def _check_memory(scenario: Scenario, robot: Robot, source: str) -> None:

@@ -13,6 +13,7 @@ from controllers.registry import CONTROLLERS
 from models.errors import InputError, OkiagariError
 from models.robot import Robot, load_robot
 from scenarios.catalogue import check_against
+from scenarios.push import Push
 from scenarios.schema import Scenario
 from sim.episode.build import make_controller
 from sim.episode.guard import Guard
@@ -31,7 +32,7 @@ class EpisodeResult:
     """All that an episode leaves behind.
 
     Attributes:
-        scenario: as run.
+        scenario: as run, with the pushes that were added on the way.
         robot: whom it happened to.
         trace: a row a control tick.
         outcome: judged from the trace alone.
@@ -60,7 +61,7 @@ class Episode:
     with the action, and `end` after the physics. The record is of what is; controllers get what they see of it.
 
     Attributes:
-        scenario: what happens.
+        scenario: what happens, with the pushes that were added.
         robot: whom it happens to.
         plant: the world.
         controller: who answers, with balance commands or joint targets; None if the actions come from outside.
@@ -118,6 +119,26 @@ class Episode:
         """Whether the robot has fallen, as it is now."""
         condition, height = self.plant.condition(), float(self.plant.observe().cog[2])
         return any(falls(condition.trunk_tilt, height / self.robot.cog_height, condition.other_contact).values())
+
+    def add_push(self, push: Push) -> Push:
+        """Push now, be it from `on_tick` or between two ticks.
+
+        The push is booked, checked and recorded like those of the scenario, which holds it from now on: run again, that
+        scenario gives the same episode, bit for bit.
+
+        Args:
+            push: what to add; its start does not matter.
+
+        Returns:
+            The same with its start, which is that of the next physics step.
+
+        Raises:
+            InputError: if the scenario would not be allowed with it; nothing is added then.
+        """
+        added = self.plant.add_push(push)
+        self.scenario = self.plant.scenario
+        self._recording.push_added(self.scenario)
+        return added
 
     def tick(self) -> bool:
         """One control tick with the episode's controller; False if the episode is over."""

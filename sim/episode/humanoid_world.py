@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from controllers.interface import FootState, JointTargets, Observation
 from models.arena import FLOOR, SIDES, build_arena
 from models.robot import STAND, TRUNK, Robot, Side
-from scenarios.push import COG
+from scenarios.catalogue import with_push
+from scenarios.push import COG, Push
 from scenarios.schema import Disturbance, Scenario
-from sim.episode.push_schedule import ImpulseLog, schedule
+from sim.episode.push_schedule import ImpulseLog, ScheduledPush, schedule, start_of_step
 
 Array = NDArray[np.float64]
 
@@ -43,10 +44,16 @@ class PushedPhysics(dm_mujoco.Physics):
         """Take a schedule of pushes, from physics step 0 on."""
         self.impulse_log = impulse_log
         self.steps_done = 0
+        self.bodies = [self._body(push) for push in impulse_log.scheduled]
+
+    def add_push(self, index: int, push: ScheduledPush) -> None:
+        """Take in a push of which no step has been simulated; see `ImpulseLog.insert`."""
+        self.impulse_log.insert(index, push)
+        self.bodies.insert(index, self._body(push))
+
+    def _body(self, push: ScheduledPush) -> int:
         # MuJoCo's body 0 is the world, which stands here for all bodies.
-        self.bodies = [
-            0 if push.push.body == COG else self.model.body(push.push.body).id for push in impulse_log.scheduled
-        ]
+        return 0 if push.push.body == COG else int(self.model.body(push.push.body).id)
 
     def step(self, nstep: int = 1) -> None:
         """Advance by `nstep` physics steps, each with the force of the push that acts in it."""
@@ -96,6 +103,7 @@ class HumanoidWorld:
         physics: the simulation; also what the dm_env environment is built on.
         robot: its facts.
         substeps: physics steps in a control period.
+        scenario: of the episode, with the pushes that were added to it.
     """
 
     def __init__(self, scenario: Scenario, robot: Robot) -> None:
@@ -107,7 +115,7 @@ class HumanoidWorld:
         """
         self.robot = robot
         self.substeps = scenario.timing.substeps
-        self._scenario = scenario
+        self._asked = scenario
         self._dt = scenario.timing.control
         model = build_arena(robot.path, timestep=scenario.timing.physics).compile()
         _disturb(model, scenario.disturbance)
@@ -127,7 +135,7 @@ class HumanoidWorld:
 
     def reset(self, scenario: Scenario | None = None) -> None:
         """Start the episode anew, or one of a scenario that differs in seed, variation and pushes only."""
-        self._scenario = scenario or self._scenario
+        self._asked = scenario or self._asked
         with self.physics.reset_context():
             self.arrange()
 
@@ -136,7 +144,9 @@ class HumanoidWorld:
 
         To be called within a `reset_context` of the physics, as `reset` and dm_control's environments do.
         """
-        scenario, model, data = self._scenario, self._model, self._data
+        # Pushes that were added belong to the episode that is over.
+        self.scenario = scenario = self._asked
+        model, data = self._model, self._data
         period = scenario.timing.physics
         self.physics.plan_pushes(ImpulseLog(schedule(scenario.pushes, period, self.robot.mass), period))
         mujoco.mj_resetDataKeyframe(model, data, model.key(STAND).id)
@@ -150,6 +160,24 @@ class HumanoidWorld:
         still = np.zeros(len(self.robot.joint_names))
         self.set_targets(JointTargets(position=data.qpos[7:], velocity=still, torque=still))
         self.ticks = 0
+
+    def add_push(self, push: Push) -> Push:
+        """Push while the episode runs.
+
+        Args:
+            push: what to add; its start does not matter.
+
+        Returns:
+            The same with its start, which is that of the next physics step; `scenario` holds it from now on.
+
+        Raises:
+            InputError: if the scenario would not be allowed with it; nothing is added then.
+        """
+        dt, step = self.scenario.timing.physics, self.physics.steps_done
+        push = push.model_copy(update={"start": start_of_step(step, dt)})
+        self.scenario, index = with_push(self.scenario, push, self.robot)
+        self.physics.add_push(index, *schedule([push], dt, self.robot.mass))
+        return push
 
     @property
     def time(self) -> float:

@@ -12,8 +12,10 @@ from controllers.interface import BalanceCommand, FootState, Observation
 from controllers.pendulum import Pendulum
 from models.arena import SIDES
 from models.robot import Robot, Side
+from scenarios.catalogue import with_push
+from scenarios.push import Push
 from scenarios.schema import Scenario
-from sim.episode.push_schedule import ImpulseLog, schedule
+from sim.episode.push_schedule import ImpulseLog, schedule, start_of_step
 
 Array = NDArray[np.float64]
 
@@ -30,6 +32,7 @@ class PendulumWorld:
         robot: whose mass, height and soles it has.
         impulse_log: account of the pushes.
         ticks: control ticks done.
+        scenario: of the episode, with the pushes that were added to it.
     """
 
     def __init__(self, scenario: Scenario, robot: Robot) -> None:
@@ -40,7 +43,7 @@ class PendulumWorld:
             robot: facts of the robot that the scenario names.
         """
         self.robot = robot
-        self._scenario = scenario
+        self.scenario = scenario
         self._substeps = scenario.timing.substeps
         self._dt = scenario.timing.control
         self._step = Pendulum(robot.omega, scenario.timing.physics)
@@ -48,12 +51,12 @@ class PendulumWorld:
 
     def reset(self) -> None:
         """Stand over the middle of the feet, leaning a little as the scenario's seed says."""
-        robot, physics = self.robot, self._scenario.timing.physics
-        self.impulse_log = ImpulseLog(schedule(self._scenario.pushes, physics, robot.mass), physics)
+        robot, physics = self.robot, self.scenario.timing.physics
+        self.impulse_log = ImpulseLog(schedule(self.scenario.pushes, physics, robot.mass), physics)
         self._feet = {side: np.array([*robot.sole_stance[side][:2], 0.0]) for side in SIDES}
         self._yaw = {side: robot.sole_stance[side][2] for side in SIDES}
         middle = 0.5 * (self._feet["left"] + self._feet["right"])[:2]
-        lean = np.random.default_rng(self._scenario.seed).normal(0.0, self._scenario.variation.pose, 2)
+        lean = np.random.default_rng(self.scenario.seed).normal(0.0, self.scenario.variation.pose, 2)
         self._x = self._step.rest(middle + robot.cog_height * np.tan(lean))
         self._zmp = self._x[0::2].copy()
         self._polygon = self._support()
@@ -104,10 +107,18 @@ class PendulumWorld:
             self._yaw[side] = command.feet[side].yaw
         self.ticks += 1
 
+    def add_push(self, push: Push) -> Push:
+        """Push while the episode runs; see `HumanoidWorld.add_push`."""
+        dt = self.scenario.timing.physics
+        push = push.model_copy(update={"start": start_of_step(self.ticks * self._substeps, dt)})
+        self.scenario, index = with_push(self.scenario, push, self.robot)
+        self.impulse_log.insert(index, *schedule([push], dt, self.robot.mass))
+        return push
+
     def _pushed(self, force: Array) -> Array:
         """What a force (3,) held over one physics step adds to the state (4,), exactly."""
         phase = self._step.omega * self._step.dt
-        acceleration = force[:2] / (self.robot.mass * self._scenario.disturbance.mass_scale)
+        acceleration = force[:2] / (self.robot.mass * self.scenario.disturbance.mass_scale)
         position = 2.0 * math.sinh(0.5 * phase) ** 2 / self._step.omega**2
         velocity = math.sinh(phase) / self._step.omega
         return np.ravel(np.column_stack([position * acceleration, velocity * acceleration]))

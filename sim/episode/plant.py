@@ -14,6 +14,7 @@ from controllers.interface import BalanceCommand, JointTargets, Observation, Who
 from controllers.registry import LAYERS
 from models.errors import InputError, OkiagariError, one_line
 from models.robot import Robot
+from scenarios.push import Push
 from scenarios.schema import Scenario
 from sim.episode.build import layer_of, make_layer
 from sim.episode.guard import Guard
@@ -59,6 +60,13 @@ class Plant(Protocol):
 
     robot: Robot
 
+    @property
+    def scenario(self) -> Scenario:
+        """Of the episode, with the pushes that were added to it."""
+
+    def add_push(self, push: Push) -> Push:
+        """Push while the episode runs; see `HumanoidWorld.add_push`."""
+
     def reset(self, scenario: Scenario) -> None:
         """Start an episode of a scenario that differs in seed, variation and pushes only."""
 
@@ -92,6 +100,15 @@ class PendulumPlant:
         self.robot = robot
         self._world = PendulumWorld(scenario, robot)
         self._command: BalanceCommand | None = None
+
+    @property
+    def scenario(self) -> Scenario:
+        """See `Plant`."""
+        return self._world.scenario
+
+    def add_push(self, push: Push) -> Push:
+        """See `Plant`."""
+        return self._world.add_push(push)
 
     def reset(self, scenario: Scenario) -> None:
         """See `Plant`."""
@@ -144,6 +161,15 @@ class HumanoidPlant:
         name = scenario.whole_body if (choice := layer_of(scenario)) is None else choice
         self._guard = Guard(f"whole_body {name.short!r}", foreign=name.name not in LAYERS.shipped)
         self._targets: JointTargets | None = None
+
+    @property
+    def scenario(self) -> Scenario:
+        """See `Plant`."""
+        return self.world.scenario
+
+    def add_push(self, push: Push) -> Push:
+        """See `Plant`."""
+        return self.world.add_push(push)
 
     def reset(self, scenario: Scenario) -> None:
         """See `Plant`."""

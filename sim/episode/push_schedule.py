@@ -33,6 +33,12 @@ class ScheduledPush:
         return self.first + len(self.forces)
 
 
+def start_of_step(step: int, dt: float) -> float:
+    """When a physics step begins [s], as the decimal fraction that a scenario's file would have."""
+    # 12 digits are found again as the same step, since steps are made whole to within 1e-9 of their number.
+    return float(f"{step * dt:.12g}")
+
+
 def schedule(pushes: Sequence[Push], dt: float, mass: float) -> tuple[ScheduledPush, ...]:
     """Cut pushes into physics steps of `dt` [s], for a robot of `mass` [kg]."""
     cut = []
@@ -61,6 +67,11 @@ class ImpulseLog:
     def __post_init__(self) -> None:
         self.delivered = np.zeros((len(self.scheduled), 3))
         self._since = np.zeros(3)
+
+    def insert(self, index: int, push: ScheduledPush) -> None:
+        """Take in a push that begins later than those before `index`, and not later than the others."""
+        self.scheduled = (*self.scheduled[:index], push, *self.scheduled[index:])
+        self.delivered = np.insert(self.delivered, index, 0.0, axis=0)
 
     def active(self, first: int, beyond: int) -> int | None:
         """Index of the push that acts in any of the physics steps [first, beyond), or None."""

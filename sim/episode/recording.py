@@ -46,7 +46,6 @@ class Recording:
 
     Attributes:
         period: control period [s].
-        set_polygons: outlines of the sets at the end of each push that left the regulator's set, and of the last.
         aside: wall time spent on those outlines [s], which are no part of the control loop.
     """
 
@@ -67,7 +66,8 @@ class Recording:
             polygons: whether to work out the sets' outlines.
         """
         robot = plant.robot
-        self.set_polygons: tuple[SetPolygon, ...] = ()
+        self._polygons: tuple[SetPolygon, ...] = ()
+        self._last_polygons: tuple[SetPolygon, ...] = ()
         self.aside = 0.0
         joints = robot.joint_names if scenario.world == "humanoid" else None
         self.period = scenario.timing.control
@@ -92,6 +92,11 @@ class Recording:
         self._predictor = controller if isinstance(controller, Predictor) else None
         self._regional = controller if isinstance(controller, Regional) and polygons else None
         self._motors = MotorLog(robot, scenario.ticks if joints else 0)
+
+    @property
+    def set_polygons(self) -> tuple[SetPolygon, ...]:
+        """Outlines of the sets at the end of each push that left the regulator's set, and of the last."""
+        return self._polygons + self._last_polygons
 
     def see(self, observation: Observation, condition: Condition, action: Action) -> bool:
         """Write the state and the action of this tick; True if the episode may end here.
@@ -129,6 +134,12 @@ class Recording:
             row[at.root :] = observation.configuration
         self._note_ended_pushes(observation, x)
         return self._early.update(row)
+
+    def push_added(self, scenario: Scenario) -> None:
+        """Go on with a scenario that has one push more, which has not begun."""
+        self._scenario = scenario
+        self._early.postpone(max(push.end for push in scenario.pushes))
+        self._last_polygons = ()
 
     def close(self, effort: Effort, plant: Plant) -> None:
         """Write how the tick went: the mean force of the push, where it acted, and the motors."""
@@ -209,19 +220,21 @@ class Recording:
             if self._predictor is not None:
                 said = self._predictor.predict()
                 ended |= {"regulator_slack": said.standing, "tracking_slack": said.stepping}
-                last = index == len(self._scenario.pushes) - 1
-                if last or said.standing is None or not said.standing >= 0.0:
-                    self._draw_sets(index, push, x)
+                if said.standing is None or not said.standing >= 0.0:
+                    self._polygons += self._outlines(index, push, x)
+                elif index == len(self._scenario.pushes) - 1:
+                    self._last_polygons = self._outlines(index, push, x)
             self._ended[index] = ended
 
-    def _draw_sets(self, index: int, push: Push, x: Array) -> None:
-        """Keep the outlines of the sets through a state (4,), in the plane that the push goes along."""
+    def _outlines(self, index: int, push: Push, x: Array) -> tuple[SetPolygon, ...]:
+        """Outlines of the sets through a state (4,), in the plane that the push goes along."""
         if self._regional is None:
-            return
+            return ()
         begin = time.perf_counter()
         plane = tuple(PLANES)[push.axis]
-        self.set_polygons += admissible_polygons(self._regional, self._robot, x, push=index + 1, planes=(plane,))
+        found = admissible_polygons(self._regional, self._robot, x, push=index + 1, planes=(plane,))
         self.aside += time.perf_counter() - begin
+        return found
 
     def _support_slack(self, observation: Observation) -> float:
         """Distance of the measured ZMP from the edge of the soles on the floor [m]; NaN without floor contact."""

@@ -203,6 +203,10 @@ class EarlyEnd:
         self._last_push = math.inf if last_push is None else last_push
         self._since: float | None = None
 
+    def postpone(self, last_push: float) -> None:
+        """A push was added, after which the last one ends at `last_push` [s]; what rested until now does not count."""
+        self._last_push, self._since = last_push, None
+
     def update(self, row: Array) -> bool:
         """Take the next row; True if the episode may end after it."""
         if any(falls(row[self._tilt], row[self._height] / self._nominal, row[self._contact]).values()):
