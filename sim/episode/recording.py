@@ -98,6 +98,16 @@ class Recording:
         """Outlines of the sets at the end of each push that left the regulator's set, and of the last."""
         return self._polygons + self._last_polygons
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the columns of a row."""
+        return tuple(self._recorder.index)
+
+    @property
+    def row(self) -> Array:
+        """(c,) the latest row, as it is now."""
+        return self._row.copy()
+
     def see(self, observation: Observation, condition: Condition, action: Action) -> bool:
         """Write the state and the action of this tick; True if the episode may end here.
 

@@ -51,10 +51,14 @@ class Moment:
     arrow: Array | None
 
     @property
+    def phase_words(self) -> str:
+        """Whether a step is under way, and which."""
+        return self.phase.name.lower() + (f": step {self.steps}" if self.phase is Phase.STEPPING else "")
+
+    @property
     def words(self) -> str:
         """The time, and whether a step is under way."""
-        name = self.phase.name.lower()
-        return f"{self.time:.2f} s  {name}" + (f": step {self.steps}" if self.phase is Phase.STEPPING else "")
+        return f"{self.time:.2f} s  {self.phase_words}"
 
 
 class Observer:

@@ -37,9 +37,7 @@ _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 class Scene:
     """Draws moments into viser's scene."""
 
-    def __init__(
-        self, server: viser.ViserServer, robot_xml: Path, facts: Mapping[str, Any], *, humanoid: bool
-    ) -> None:
+    def __init__(self, server: viser.ViserServer, robot_xml: Path, facts: Mapping[str, Any], *, humanoid: bool) -> None:
         """Put up what does not change.
 
         Args:
@@ -59,9 +57,15 @@ class Scene:
         self._model = build_arena(robot_xml).compile()
         self._data = mujoco.MjData(self._model)
         self._bodies = self._body_frames() if humanoid else {}
-        self._feet = {} if humanoid else {side: self._pendulum_foot(side, np.array(facts["sole_vertices"][side])) for side in SIDES}
+        self._feet = (
+            {}
+            if humanoid
+            else {side: self._pendulum_foot(side, np.array(facts["sole_vertices"][side])) for side in SIDES}
+        )
         if not humanoid:
-            self._ball = self._scene.add_icosphere("/pendulum/mass", radius=0.035, color=rgb("#c9ced6"), opacity=OPACITY)
+            self._ball = self._scene.add_icosphere(
+                "/pendulum/mass", radius=0.035, color=rgb("#c9ced6"), opacity=OPACITY
+            )
             self._rod = self._line("/pendulum/leg", "#9aa0a8", 6.0)
         self._marks()
         self._aim()
