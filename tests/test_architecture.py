@@ -24,7 +24,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("sim.record",),
     ("sim.episode",),
     ("sim.envs", "sim.viz", "sim.results"),
-    ("sim.analysis", "sim.sweep", "sim.set_study"),
+    ("sim.analysis", "sim.sweep", "sim.set_study", "sim.viewer"),
     ("sim.presenter",),
     ("sim.report",),
     ("sim.cli",),

@@ -88,6 +88,10 @@ def run(
     }
     if port is not None and (not view or port > MOST):
         raise InputError(f"--port: {port} " + (f"must be at most {MOST}" if view else "is of no use without --view"))
+    if view:
+        from sim.viewer.server import check_viser
+
+        check_viser()
     overrides = {name: value for name, value in asked.items() if value is not None}
     chosen = open_scenario(scenario, overrides, assignments or ())
     name = Path(scenario).stem

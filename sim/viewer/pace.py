@@ -7,7 +7,7 @@ import time
 _LEAST_WAIT = 0.004  # [s]; the system cannot wait for less with any precision
 _MOST_BEHIND = 0.25  # [s] that are caught up with; more is given up
 _MEASURED = 1.0  # [s] of the wall clock over which the speed is measured
-_KEEPS_UP = 0.95
+_KEEPS_UP = 0.9
 
 
 class Pace:

@@ -10,6 +10,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from models.robot import Robot
 from scenarios.push import COG, Push
@@ -21,6 +22,8 @@ from sim.viewer.scene import LEGEND
 
 if TYPE_CHECKING:
     import viser
+
+Array = NDArray[np.float64]
 
 WINDOW = 10.0
 """How much of the slack is shown [s]."""
@@ -37,12 +40,15 @@ class Wish(Enum):
     FINISH = auto()
 
 
+_OTHERS = ("Restart", "Finish")
+_WISHES = {"Pause": Wish.PAUSE, "Resume": Wish.PAUSE, "Restart": Wish.RESTART, "Finish": Wish.FINISH}
+
+
 class Panel:
     """The panel; its buttons are pressed in other threads, and asked for by `wish`.
 
     Attributes:
         direction, size, body: what a push by hand is set to: [deg], in units of omega d, name.
-        buttons: those that say what is wished.
     """
 
     def __init__(self, server: viser.ViserServer, scenario: Scenario, robot: Robot) -> None:
@@ -56,6 +62,8 @@ class Panel:
         self._robot = robot
         self._wishes: SimpleQueue[Wish] = SimpleQueue()
         self._slacks: deque[tuple[float, float, float]] = deque()
+        # Beyond twice the way to the edge of the feet it matters no more by how much.
+        self._most = 2000.0 * edge_distance(robot, np.array([1.0, 0.0]))
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
         self._status = gui.add_html("")
@@ -69,15 +77,10 @@ class Panel:
                 "body", bodies, initial_value=COG if on_cog else Push.model_fields["body"].default
             )
             self._words = gui.add_html("")
-            self.buttons = {Wish.PUSH: gui.add_button("Push now", color="violet")}
-        self.buttons |= {
-            Wish.PAUSE: gui.add_button("Pause"),
-            Wish.RESTART: gui.add_button("Restart"),
-            Wish.FINISH: gui.add_button("Finish and write the run"),
-        }
+            gui.add_button("Push now", color="violet").on_click(lambda _: self._wishes.put(Wish.PUSH))
+        self._others = gui.add_button_group("", ("Pause", *_OTHERS), hint="Finish ends the episode and writes the run.")
+        self._others.on_click(lambda event: self._wishes.put(_WISHES[event.target.value]))
         gui.add_html(_LEGEND)
-        for wish, button in self.buttons.items():
-            button.on_click(lambda _, wish=wish: self._wishes.put(wish))
         for control in (self.direction, self.size):
             control.on_update(lambda _: self._say_push())
         self._say_push()
@@ -99,7 +102,7 @@ class Panel:
 
     def pause(self, paused: bool) -> None:
         """Say on the button what it does next."""
-        self.buttons[Wish.PAUSE].label = "Resume" if paused else "Pause"
+        self._others.options = ("Resume" if paused else "Pause", *_OTHERS)
 
     def add(self, moment: Moment) -> None:
         """Remember the slack of a moment for the plot."""
@@ -118,7 +121,10 @@ class Panel:
         self._status.content = f'<table style="margin:0 1em;font-size:.875em">{rows}</table>'
         if len(self._slacks) > 1:
             time, standing, stepping = np.array(self._slacks).T
-            self._plot.data = (time, standing, stepping, np.zeros(len(time)))
+            self._plot.data = (time, self._shown(standing), self._shown(stepping), np.zeros(len(time)))
+
+    def _shown(self, slack: Array) -> Array:
+        return np.clip(slack, -self._most, self._most)
 
     def _delta_v(self) -> float:
         angle = math.radians(self.direction.value)
@@ -130,20 +136,25 @@ class Panel:
         words = f"{size:.2f} m/s, {size * self._robot.mass:.2f} N s in 0.1 s; 0° is forward, 90° left"
         self._words.content = f'<div style="margin:0 1em;font-size:.875em;opacity:.65">{words}</div>'
 
-    @staticmethod
-    def _add_plot(gui: viser.GuiApi) -> viser.GuiUplotHandle:
+    def _add_plot(self, gui: viser.GuiApi) -> viser.GuiUplotHandle:
         nothing = np.array([0.0, 1e-3])
         return gui.add_uplot(
             (nothing, np.full(2, np.nan), np.full(2, np.nan), np.zeros(2)),
             (
                 {"label": "time [s]"},
                 {"label": "standing", "stroke": REGULATOR, "width": 2},
-                {"label": "stepping", "stroke": TRACKER, "width": 2},
+                # Points, for a line would cross the time between two steps.
+                {
+                    "label": "stepping",
+                    "stroke": TRACKER,
+                    "width": 0,
+                    "points": {"show": True, "size": 4, "fill": TRACKER},
+                },
                 {"label": "edge", "stroke": "#9aa0a8", "width": 1, "dash": (4.0, 4.0)},
             ),
             title="slack of the sets [mm]",
-            scales={"x": {"time": False}},
-            height=190,
+            scales={"x": {"time": False}, "y": {"range": (-self._most, self._most)}},
+            height=170,
         )
 
 
@@ -153,4 +164,4 @@ def _entry(name: str, colour: str) -> str:
     return f'<span style="white-space:nowrap;margin-right:.9em"><span style="{dot}"></span> {name}</span>'
 
 
-_LEGEND = f'<div style="margin:0 1em;font-size:.875em">{"".join(_entry(*mark) for mark in LEGEND)}</div>'
+_LEGEND = f'<div style="margin:0 1em;font-size:.75em">{"".join(_entry(*mark) for mark in LEGEND)}</div>'

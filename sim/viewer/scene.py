@@ -27,6 +27,7 @@ LEGEND = (("COG", COG), ("DCM", DCM), ("ZMP", ZMP), ("ZMP command", ZMP), ("supp
 """What the marks are called."""
 _CORNERS = 8  # of the hull of two soles with four corners each, at most
 _PAINT = 0.001  # [m] above the floor
+_FOLLOW = 0.5  # [s] over which the way of the COG is smoothed
 _OVER_HEAD = 1.05  # of the COG's height, above the COG
 _MOVED = 1e-4  # [m] by which the support has to change to be drawn anew
 _RING = np.array([(math.cos(a), math.sin(a), 0.0) for a in np.linspace(0.0, 2.0 * math.pi, 25)])
@@ -52,6 +53,10 @@ class Scene:
         self._server, self._scene = server, server.scene
         self._support: Array | None = None
         self._height = float(facts["cog_height"])
+        # All moves under the camera, which is the user's.
+        self._world = self._scene.add_frame("/world", show_axes=False)
+        self._aim: Array | None = None
+        self._drawn_at = 0.0
         self._floor()
         self._light()
         self._model = build_arena(robot_xml).compile()
@@ -64,15 +69,16 @@ class Scene:
         )
         if not humanoid:
             self._ball = self._scene.add_icosphere(
-                "/pendulum/mass", radius=0.035, color=rgb("#c9ced6"), opacity=OPACITY
+                "/world/pendulum/mass", radius=0.035, color=rgb("#c9ced6"), opacity=OPACITY
             )
-            self._rod = self._line("/pendulum/leg", "#9aa0a8", 6.0)
+            self._rod = self._line("/world/pendulum/leg", "#9aa0a8", 6.0)
         self._marks()
-        self._aim()
+        self._place_camera()
 
     def draw(self, moment: Moment, words: str) -> None:
         """Show a moment, with words over the robot's head."""
         with self._server.atomic():
+            self._follow(moment)
             self._draw_body(moment)
             self._draw_support(moment.support)
             cog = moment.cog
@@ -96,6 +102,15 @@ class Scene:
             self._words.position = (cog[0], cog[1], cog[2] + _OVER_HEAD * self._height)
             if self._words.text != words:
                 self._words.text = words
+
+    def _follow(self, moment: Moment) -> None:
+        """Keep the COG in view, smoothly, as the camera of the video does."""
+        passed, place = moment.time - self._drawn_at, moment.cog[:2]
+        if self._aim is None or passed < 0.0:
+            self._aim = place.copy()
+        self._aim += (place - self._aim) * -math.expm1(-max(passed, 0.0) / _FOLLOW)
+        self._drawn_at = moment.time
+        self._world.position = (-self._aim[0], -self._aim[1], 0.0)
 
     def _draw_body(self, moment: Moment) -> None:
         if moment.pose is not None:
@@ -130,7 +145,7 @@ class Scene:
 
     def _floor(self) -> None:
         self._scene.add_grid(
-            "/floor",
+            "/world/floor",
             width=8.0,
             height=8.0,
             cell_size=0.1,
@@ -149,7 +164,7 @@ class Scene:
     def _body_frames(self) -> dict[int, viser.FrameHandle]:
         frames: dict[int, viser.FrameHandle] = {}
         for i, mesh in enumerate(body_meshes(self._model)):
-            name = f"/robot/{self._model.body(mesh.body).name}"
+            name = f"/world/robot/{self._model.body(mesh.body).name}"
             if mesh.body not in frames:
                 frames[mesh.body] = self._scene.add_frame(name, show_axes=False)
             self._scene.add_mesh_simple(
@@ -163,11 +178,11 @@ class Scene:
         return frames
 
     def _pendulum_foot(self, side: Side, sole: Array) -> viser.FrameHandle:
-        frame = self._scene.add_frame(f"/pendulum/{side}", show_axes=False)
+        frame = self._scene.add_frame(f"/world/pendulum/{side}", show_axes=False)
         low, high = sole.min(axis=0), sole.max(axis=0)
         middle = (low + high) / 2
         self._scene.add_box(
-            f"/pendulum/{side}/foot",
+            f"/world/pendulum/{side}/foot",
             dimensions=(float(high[0] - low[0]), float(high[1] - low[1]), 0.01),
             position=(float(middle[0]), float(middle[1]), 0.006),
             color=rgb("#8fa3bf"),
@@ -179,20 +194,20 @@ class Scene:
         add = self._scene
         corners = np.zeros((_CORNERS, 3), dtype=np.float32)
         self._area = add.add_mesh_simple(
-            "/support/area", corners, _FAN, color=rgb(SUPPORT), opacity=0.35, side="double", cast_shadow=False
+            "/world/support/area", corners, _FAN, color=rgb(SUPPORT), opacity=0.35, side="double", cast_shadow=False
         )
-        self._edge = self._line("/support/edge", SUPPORT, 2.5, segments=_CORNERS)
-        self._cog = add.add_icosphere("/cog", radius=0.013, color=rgb(COG), cast_shadow=False)
-        self._plumb = self._line("/plumb", COG, 2.0)
-        self._foot_of_cog = self._spot("/cog_on_floor", 0.005, COG)
-        self._dcm = self._spot("/dcm", 0.011, DCM)
-        self._zmp = self._spot("/zmp", 0.009, ZMP)
+        self._edge = self._line("/world/support/edge", SUPPORT, 2.5, segments=_CORNERS)
+        self._cog = add.add_icosphere("/world/cog", radius=0.013, color=rgb(COG), cast_shadow=False)
+        self._plumb = self._line("/world/plumb", COG, 2.0)
+        self._foot_of_cog = self._spot("/world/cog_on_floor", 0.005, COG)
+        self._dcm = self._spot("/world/dcm", 0.011, DCM)
+        self._zmp = self._spot("/world/zmp", 0.009, ZMP)
         ring = 0.014 * np.stack([_RING[:-1], _RING[1:]], axis=1)
         self._command = add.add_line_segments(
-            "/zmp_command", ring.astype(np.float32), rgb(ZMP), thickness=2.0, thickness_units="screen"
+            "/world/zmp_command", ring.astype(np.float32), rgb(ZMP), thickness=2.0, thickness_units="screen"
         )
         self._arrow = add.add_arrows(
-            "/push",
+            "/world/push",
             np.zeros((1, 2, 3), dtype=np.float32),
             rgb(PUSH),
             shaft_radius=0.008,
@@ -200,7 +215,7 @@ class Scene:
             head_length=0.045,
             visible=False,
         )
-        self._words = add.add_label("/words", "", anchor="bottom-center", font_screen_scale=1.2)
+        self._words = add.add_label("/world/words", "", anchor="bottom-center", font_screen_scale=1.2)
 
     def _spot(self, name: str, radius: float, colour: str) -> viser.IcosphereHandle:
         return self._scene.add_icosphere(
@@ -211,7 +226,7 @@ class Scene:
         points = np.zeros((segments, 2, 3), dtype=np.float32)
         return self._scene.add_line_segments(name, points, rgb(colour), thickness=width, thickness_units="screen")
 
-    def _aim(self) -> None:
+    def _place_camera(self) -> None:
         """Look at the robot as the three-quarter camera of the video does."""
         camera = self._server.initial_camera
         camera.position, camera.look_at = (0.75, -0.95, 0.50), (0.0, 0.0, 0.22)

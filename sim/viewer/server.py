@@ -6,6 +6,7 @@ import io
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout, suppress
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from models.errors import InputError
@@ -15,6 +16,18 @@ if TYPE_CHECKING:
 
 HOST = "127.0.0.1"
 """Who can reach this machine from outside must not push its robot."""
+
+
+def check_viser() -> None:
+    """Check that viser is there.
+
+    Raises:
+        InputError: if it is not; names the extra.
+    """
+    if find_spec("viser") is None:
+        raise InputError(
+            "viewing in 3-D needs viser, which is not installed; pip install 'okiagari[view]', or make extras"
+        )
 
 
 @contextmanager
@@ -27,12 +40,9 @@ def served(port: int = 0) -> Iterator[viser.ViserServer]:
     Raises:
         InputError: if viser is not installed, or the port is taken or not ours to take.
     """
-    try:
-        import viser
-    except ImportError:
-        raise InputError(
-            "viewing in 3-D needs viser, which is not installed; pip install 'okiagari[view]' or make extras"
-        ) from None
+    check_viser()
+    import viser
+
     _check_free(port)
     # Viser announces itself on stdout, which is ours; tracebacks and logs go elsewhere.
     with redirect_stdout(io.StringIO()):
