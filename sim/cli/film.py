@@ -108,6 +108,8 @@ def write_page(folder: Path, out: Path | None, *, overwrite: bool) -> Path:
 
     check_viser()
     path = folder / run_folder.PAGE if out is None else out
+    if not os.path.isfile(folder / run_folder.TRACE):
+        raise InputError(f"{str(folder)!r} is not the folder of a run; of a sweep, give the name of an episode, too")
     trace = load_trace(folder / run_folder.TRACE)
     check_file(path, "--out")
     if path.exists() and not overwrite:

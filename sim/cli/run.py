@@ -89,9 +89,10 @@ def run(
     if port is not None and (not view or port > MOST):
         raise InputError(f"--port: {port} " + (f"must be at most {MOST}" if view else "is of no use without --view"))
     if view:
-        from sim.viewer.server import check_viser
+        from sim.viewer.server import check_free, check_viser
 
         check_viser()
+        check_free(port or PORT)
     overrides = {name: value for name, value in asked.items() if value is not None}
     chosen = open_scenario(scenario, overrides, assignments or ())
     name = Path(scenario).stem

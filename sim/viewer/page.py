@@ -84,7 +84,7 @@ def _labelled(page: str, playback: Playback) -> str:
         for name, colour in LEGEND
     )
     box = (
-        '<div id="okiagari" style="position:fixed;right:.7em;top:.7em;max-width:60%;padding:.5em .8em;z-index:5;'
+        '<div id="okiagari" style="position:fixed;left:.7em;bottom:4em;max-width:60%;padding:.5em .8em;z-index:5;'
         "font:14px/1.5 system-ui,sans-serif;color:#202226;background:rgba(255,255,255,.85);border-radius:4px;"
         f'pointer-events:none"><b>{title}</b><br>{verdict}<br>{marks}</div>'
     )

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-OPACITY = 0.62
+OPACITY = 0.5
 """Of the robot: what lies in it or under its soles must be seen."""
 LEGEND = (("COG", COG), ("DCM", DCM), ("ZMP", ZMP), ("ZMP command", ZMP), ("support", SUPPORT), ("push", PUSH))
 """What the marks are called."""
@@ -58,7 +58,6 @@ class Scene:
         self._aim: Array | None = None
         self._drawn_at = 0.0
         self._floor()
-        self._light()
         self._model = build_arena(robot_xml).compile()
         self._data = mujoco.MjData(self._model)
         self._bodies = self._body_frames() if humanoid else {}
@@ -68,7 +67,7 @@ class Scene:
             else {side: self._pendulum_foot(side, np.array(facts["sole_vertices"][side])) for side in SIDES}
         )
         if not humanoid:
-            self._ball = self._scene.add_icosphere(
+            self._mass = self._scene.add_icosphere(
                 "/world/pendulum/mass", radius=0.035, color=rgb("#c9ced6"), opacity=OPACITY
             )
             self._rod = self._line("/world/pendulum/leg", "#9aa0a8", 6.0)
@@ -119,7 +118,7 @@ class Scene:
             for body, frame in self._bodies.items():
                 frame.position, frame.wxyz = self._data.xpos[body], self._data.xquat[body]
             return
-        self._ball.position = tuple(moment.cog)
+        self._mass.position = tuple(moment.cog)
         for side, foot in self._feet.items():
             x, y, z, yaw = moment.feet[side].tolist()
             foot.position, foot.wxyz = (x, y, z), (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2))
@@ -157,10 +156,6 @@ class Scene:
             position=(0.0, 0.0, -_PAINT),
         )
 
-    def _light(self) -> None:
-        """Half as bright as viser's own: marks seen from above would be white."""
-        self._scene.configure_environment_map("studio", environment_intensity=0.25)
-
     def _body_frames(self) -> dict[int, viser.FrameHandle]:
         frames: dict[int, viser.FrameHandle] = {}
         for i, mesh in enumerate(body_meshes(self._model)):
@@ -197,11 +192,11 @@ class Scene:
             "/world/support/area", corners, _FAN, color=rgb(SUPPORT), opacity=0.35, side="double", cast_shadow=False
         )
         self._edge = self._line("/world/support/edge", SUPPORT, 2.5, segments=_CORNERS)
-        self._cog = add.add_icosphere("/world/cog", radius=0.013, color=rgb(COG), cast_shadow=False)
+        self._cog = self._ball("/world/cog", 0.013, COG)
         self._plumb = self._line("/world/plumb", COG, 2.0)
-        self._foot_of_cog = self._spot("/world/cog_on_floor", 0.005, COG)
-        self._dcm = self._spot("/world/dcm", 0.011, DCM)
-        self._zmp = self._spot("/world/zmp", 0.009, ZMP)
+        self._foot_of_cog = self._ball("/world/cog_on_floor", 0.005, COG)
+        self._dcm = self._ball("/world/dcm", 0.011, DCM)
+        self._zmp = self._ball("/world/zmp", 0.009, ZMP)
         ring = 0.014 * np.stack([_RING[:-1], _RING[1:]], axis=1)
         self._command = add.add_line_segments(
             "/world/zmp_command", ring.astype(np.float32), rgb(ZMP), thickness=2.0, thickness_units="screen"
@@ -217,9 +212,9 @@ class Scene:
         )
         self._words = add.add_label("/world/words", "", anchor="bottom-center", font_screen_scale=1.2)
 
-    def _spot(self, name: str, radius: float, colour: str) -> viser.IcosphereHandle:
+    def _ball(self, name: str, radius: float, colour: str) -> viser.IcosphereHandle:
         return self._scene.add_icosphere(
-            name, radius=radius, scale=(1.0, 1.0, 0.25), color=rgb(colour), cast_shadow=False, receive_shadow=False
+            name, radius=radius, color=rgb(colour), cast_shadow=False, receive_shadow=False
         )
 
     def _line(self, name: str, colour: str, width: float, segments: int = 1) -> viser.LineSegmentsHandle:

@@ -43,7 +43,7 @@ def served(port: int = 0) -> Iterator[viser.ViserServer]:
     check_viser()
     import viser
 
-    _check_free(port)
+    check_free(port)
     # Viser announces itself on stdout, which is ours; tracebacks and logs go elsewhere.
     with redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=HOST, port=port, label="Okiagari", verbose=False)
@@ -54,8 +54,12 @@ def served(port: int = 0) -> Iterator[viser.ViserServer]:
             server.stop()
 
 
-def _check_free(port: int) -> None:
-    """Refuse a taken port, instead of which viser would take the next one."""
+def check_free(port: int) -> None:
+    """Check that a port can be listened at; viser would take the next one instead.
+
+    Raises:
+        InputError: if it is taken or not ours to take.
+    """
     with socket.socket() as trial:
         with suppress(OSError):
             trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
