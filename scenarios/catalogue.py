@@ -80,7 +80,7 @@ def check_against(scenario: Scenario, robot: Robot, *, source: str = "scenario")
     Raises:
         InputError: if the gain cannot be used, a push acts on a body that does not exist or is too large for the
             robot's mass, a step is longer than the legs or no whole number of control periods, a margin leaves nothing
-            of the sole, the pendulum is pushed up or down, or the record is larger than `MEMORY`.
+            of the sole, the pendulum is pushed up or down or turned, or the record is larger than `MEMORY`.
     """
     _check_gain(scenario, robot, source)
     _check_pushes(scenario, robot, source)
@@ -109,6 +109,7 @@ def with_push(scenario: Scenario, push: Push, robot: Robot) -> tuple[Scenario, i
     except ValidationError as error:
         raise InputError(f"added push: {first_error(error, Scenario)}") from None
     _check_pushes(longer, robot, "added push")
+    _check_memory(longer, robot, "added push")
     return longer, index
 
 
@@ -120,6 +121,9 @@ def _check_pushes(scenario: Scenario, robot: Robot, source: str) -> None:
                 f"{source}: pushes[{i}].body: {robot.name} has no body {push.body!r}"
                 f"{near(push.body, bodies)}; allowed: {', '.join(bodies)}"
             )
+        if push.torque is not None:
+            _check_torque(push, f"{source}: pushes[{i}]", scenario, robot)
+            continue
         speed = float(np.linalg.norm(push.impulse_vector(robot.mass))) / robot.mass
         if speed > FASTEST * (1 + WHOLE):
             raise InputError(
@@ -132,8 +136,22 @@ def _check_pushes(scenario: Scenario, robot: Robot, source: str) -> None:
             )
 
 
+def _check_torque(push: Push, where: str, scenario: Scenario, robot: Robot) -> None:
+    if scenario.world == "pendulum":
+        raise InputError(
+            f"{where}.torque: {push.torque_words}: the pendulum is a point, which no torque turns; give a force"
+        )
+    spin, most = float(np.linalg.norm(push.asked(robot.mass))), FASTEST * robot.mass * robot.cog_height
+    if spin > most * (1 + WHOLE):
+        raise InputError(
+            f"{where}.torque: {push.torque_words} for {push.duration:g} s is {spin:.3g} N m s; at most "
+            f"{most:.3g} N m s are allowed, which {FASTEST:g} m/s of {robot.name}'s mass at the height of its COG have "
+            "about the floor"
+        )
+
+
 def _check_memory(scenario: Scenario, robot: Robot, source: str) -> None:
-    columns = CHANNELS + 3 * len(robot.joint_names)
+    columns = CHANNELS + 3 * len(robot.joint_names) + 6 * len(scenario.apart)
     most = MEMORY // (8 * columns)
     if scenario.ticks > most:
         raise InputError(

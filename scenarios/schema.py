@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -100,8 +101,8 @@ class Scenario(Strict):
         whole_body: how the balance command becomes joint targets, named likewise by `controllers.registry.LAYERS`.
         duration: length of the episode [s], from one control period to 3600.
         seed: of everything that is drawn; below 2^63, as whole numbers in TOML are.
-        timing, gain, stepping, variation, disturbance, judge, pushes: see there; the pushes in order of time, no two in
-            one control period.
+        timing, gain, stepping, variation, disturbance, judge, pushes: see there; the pushes in the order in which they
+            begin. Those that overlap in time act all at once.
     """
 
     description: str = Field(min_length=1, pattern=r"^[^\n]*$")
@@ -127,20 +128,16 @@ class Scenario(Strict):
 
     @model_validator(mode="after")
     def _pushes_fit(self) -> Self:
-        # A tick of the trace holds the force and the point of one push.
-        control = self.timing.control
-        for i in range(1, len(self.pushes)):
-            before, push = self.pushes[i - 1], self.pushes[i]
-            if math.floor(snap(push.start / control)) < math.ceil(snap(before.end / control)):
+        for i, (before, push) in enumerate(pairwise(self.pushes), start=1):
+            if push.start < before.start:
                 raise conflict(
                     f"pushes[{i}].start",
-                    f"{push.start!r} s is not after the end of pushes[{i - 1}], {before.end:g} s; "
-                    "pushes come in order of time, no two in one control period",
+                    f"{push.start!r} s is before the start of pushes[{i - 1}], {before.start:g} s; "
+                    "pushes come in the order in which they begin",
                 )
-        if self.pushes and self.duration <= self.pushes[-1].end:
-            raise conflict(
-                "duration", f"{self.duration!r} s must be beyond the end of the last push, {self.pushes[-1].end:g} s"
-            )
+        last = max((push.end for push in self.pushes), default=-math.inf)
+        if self.duration <= last:
+            raise conflict("duration", f"{self.duration!r} s must be beyond the end of the last push, {last:g} s")
         return self
 
     @model_validator(mode="after")
@@ -158,6 +155,20 @@ class Scenario(Strict):
     def ticks(self) -> int:
         """Control periods in the episode."""
         return math.ceil(snap(self.duration / self.timing.control))
+
+    @property
+    def apart(self) -> tuple[int, ...]:
+        """Indices of the pushes that a trace tells one by one: torques, and all that share a control period."""
+        control, found, beyond = self.timing.control, set[int](), 0
+        longest = 0
+        for i, push in enumerate(self.pushes):
+            if push.torque is not None:
+                found.add(i)
+            if math.floor(snap(push.start / control)) < beyond:
+                found |= {i, longest}
+            if (ends := math.ceil(snap(push.end / control))) > beyond:
+                beyond, longest = ends, i
+        return tuple(sorted(found))
 
     def as_dict(self) -> dict[str, Any]:
         """Every field as it is run, of types that TOML and JSON know."""

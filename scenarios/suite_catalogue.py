@@ -142,6 +142,8 @@ def _check_replaced(suite: Suite, push: Push, path: Path) -> None:
     """The base scenario's push gives what the suite does not; what nobody would run is not passed over in silence."""
     if suite.train is not None:
         raise InputError(f"{path}: scenario: has a push, and the train draws its own; choose a base without pushes")
+    if push.torque is not None:
+        raise InputError(f"{path}: scenario: pushes with a {push.torque_words}; the pushes of a suite are forces")
     given = {*suite.axes.given(), *(suite.random.given() if suite.random else ())}
     if "direction" in given and push.vector is not None:
         why = f"the base scenario's push goes along a vector, {list(push.vector)}, which none of them is"

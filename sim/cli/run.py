@@ -20,6 +20,7 @@ from sim.cli.numbers import positive, whole
 from sim.cli.scenario_option import open_scenario
 from sim.cli.terminal import progress_bar
 from sim.episode import run_folder
+from sim.episode.push_record import PushRecord, next_after
 
 if TYPE_CHECKING:
     from sim.episode.episode import EpisodeResult
@@ -162,8 +163,8 @@ def _report(name: str, result: EpisodeResult, folder: Path) -> None:
             "for": f"{push.duration:g} s",
             "to": direction_words(asked),
             "on": push.body,
-            "impulse": f"{push.asked_impulse:.2f} N s",
-            "Δv": f"{push.delta_v:.2f} m/s",
+            "impulse": impulse_words(push),
+            "Δv": f"{push.delta_v:.2f} m/s" if asked.torque is None else "–",
             ("set of the", "regulator"): _in_or_out(push.in_regulator_set),
             ("set of the", "steps"): _in_or_out(push.in_tracking_set),
             "chosen": push.chosen,
@@ -185,7 +186,9 @@ def _report(name: str, result: EpisodeResult, folder: Path) -> None:
 
 
 def direction_words(push: Push) -> str:
-    """Where a push goes: "90°", "up", or "0°, 30° down"."""
+    """Where a push goes: "90°", "up", or "0°, 30° down"; "torque 3 N m about y" of a torque."""
+    if push.torque is not None:
+        return push.torque_words.removesuffix(f" on {push.body}")
     x, y, z = push.unit.tolist()
     flat = math.hypot(x, y)
     if flat < 1e-9:
@@ -195,6 +198,12 @@ def direction_words(push: Push) -> str:
     return f"{push.direction_deg:.0f}°{aside}"
 
 
+def impulse_words(push: PushRecord) -> str:
+    """What was asked for: "0.55 N s", or of a torque "0.30 N m s"."""
+    spin = getattr(push, "asked_angular_impulse", None)
+    return f"{push.asked_impulse:.2f} N s" if spin is None else f"{spin:.2f} N m s"
+
+
 def _in_or_out(member: bool | None) -> str:
     return "–" if member is None else "in" if member else "out"
 
@@ -202,9 +211,11 @@ def _in_or_out(member: bool | None) -> str:
 def endings(result: EpisodeResult) -> list[str]:
     """What became of each push: it "stood" until the next one, "fell" before it, or the push was "not reached".
 
-    The last push that was reached takes the outcome of the episode.
+    The next one is the first that begins after its end. The last push that was reached, and those that overlap it, take
+    the outcome of the episode.
     """
     begun = [push for push in result.pushes if push.start <= result.trace.time[-1]]
     verdict = result.outcome.result.value.replace("_", " ")
     missed = len(result.pushes) - len(begun)
-    return ["stood"] * (len(begun) - 1) + [verdict] * bool(begun) + ["not reached"] * missed
+    found = [verdict if next_after(begun, index) is None else "stood" for index in range(len(begun))]
+    return found + ["not reached"] * missed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -127,13 +127,18 @@ class Episode:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of the channels of its trace."""
+        """Names of the columns of `row`."""
         return self._recording.channels
 
     @property
     def row(self) -> NDArray[np.float64]:
-        """(c,) what the trace holds of the latest tick."""
+        """(c,) what the trace holds of the latest tick, but for the columns of single pushes and of the motors."""
         return self._recording.row
+
+    @property
+    def acting(self) -> Mapping[int, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """The pushes that acted in the latest tick: index -> (3,) mean force [N] or torque [N m], (3,) where [m]."""
+        return self._recording.acting
 
     def add_push(self, push: Push) -> Push:
         """Push now, be it from `on_tick` or between two ticks.

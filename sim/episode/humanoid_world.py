@@ -56,22 +56,23 @@ class PushedPhysics(dm_mujoco.Physics):
         return 0 if push.push.body == COG else int(self.model.body(push.push.body).id)
 
     def step(self, nstep: int = 1) -> None:
-        """Advance by `nstep` physics steps, each with the force of the push that acts in it."""
-        index = self.impulse_log.active(self.steps_done, self.steps_done + nstep)
-        if index is None:
+        """Advance by `nstep` physics steps, each with the forces and torques of all pushes that act in it."""
+        acting = self.impulse_log.active(self.steps_done, self.steps_done + nstep)
+        if not acting:
             super().step(nstep)
             self.steps_done += nstep
             return
         for _ in range(nstep):
-            force = self.impulse_log.force(index, self.steps_done)
-            if force is not None:
-                self._apply(index, force)
+            for index in acting:
+                if (sample := self.impulse_log.sample(index, self.steps_done)) is not None:
+                    self._apply(index, sample)
             super().step(1)
             self.steps_done += 1
-            self.data.ptr.xfrc_applied[self.bodies[index] or slice(None)] = 0.0
+            for index in acting:
+                self.data.ptr.xfrc_applied[self.bodies[index] or slice(None)] = 0.0
 
     def push_point(self, index: int) -> Array:
-        """(3,) where a push acts now, world frame [m]."""
+        """(3,) where a push acts now, of a torque the body's COM, world frame [m]."""
         data, body, push = self.data.ptr, self.bodies[index], self.impulse_log.scheduled[index].push
         if not body:
             return data.subtree_com[0].copy()
@@ -82,18 +83,22 @@ class PushedPhysics(dm_mujoco.Physics):
         point[2] += push.height
         return point
 
-    def _apply(self, index: int, force: Array) -> None:
+    def _apply(self, index: int, sample: Array) -> None:
+        """Add a force or torque (3,) to what acts already, and book what it added."""
         data, body, push = self.data.ptr, self.bodies[index], self.impulse_log.scheduled[index].push
         if not body:
             mass = self.model.ptr.body_mass
-            data.xfrc_applied[:, :3] = np.outer(mass / mass.sum(), force)
-            self.impulse_log.book(index, data.xfrc_applied[:, :3].sum(axis=0))
+            before = data.xfrc_applied[:, :3].sum(axis=0)
+            data.xfrc_applied[:, :3] += np.outer(mass / mass.sum(), sample)
+            self.impulse_log.book(index, data.xfrc_applied[:, :3].sum(axis=0) - before)
             return
         wrench = data.xfrc_applied[body]
-        wrench[:3] = force
+        kind = slice(0, 3) if push.torque is None else slice(3, 6)
+        before = wrench[kind].copy()
+        wrench[kind] += sample
+        self.impulse_log.book(index, wrench[kind] - before)
         if push.point is not None or push.height:
-            wrench[3:] = np.cross(self.push_point(index) - data.xipos[body], force)
-        self.impulse_log.book(index, wrench[:3])
+            wrench[3:] += np.cross(self.push_point(index) - data.xipos[body], sample)
 
 
 class HumanoidWorld:

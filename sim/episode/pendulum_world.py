@@ -94,13 +94,14 @@ class PendulumWorld:
         self._polygon = self._support(lifted)
         self._zmp = self._polygon.nearest(command.zmp)
         first = self.ticks * self._substeps
-        push = self.impulse_log.active(first, first + self._substeps)
+        acting = self.impulse_log.active(first, first + self._substeps)
         for step in range(first, first + self._substeps):
-            force = None if push is None else self.impulse_log.force(push, step)
             self._x = self._step.step(self._x, self._zmp)
-            if force is not None and push is not None:
-                self._x += self._pushed(force)
-                self.impulse_log.book(push, force)
+            forces = {i: force for i in acting if (force := self.impulse_log.sample(i, step)) is not None}
+            if forces:
+                self._x += self._pushed(np.sum(list(forces.values()), axis=0))
+            for index, force in forces.items():
+                self.impulse_log.book(index, force)
         for side in lifted:
             self._feet[side] = command.feet[side].position.copy()
             self._feet[side][2] = max(self._feet[side][2], 0.0)

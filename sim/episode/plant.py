@@ -81,7 +81,7 @@ class Plant(Protocol):
         """What an outcome is judged by, now."""
 
     def push_point(self, index: int) -> Array:
-        """(3,) where a push acts now [m]."""
+        """(3,) where a push acts now, of a torque the body's COM [m]."""
 
     def give(self, tick: int, seen: Observation, action: Action) -> None:
         """Take the action of a tick, which follows from what is seen."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from dataclasses import asdict
 from operator import sub
 from typing import Any
@@ -28,11 +29,12 @@ from models.robot import Robot
 from scenarios.push import Push
 from scenarios.schema import Scenario
 from sim.episode.plant import Action, Condition, Effort, Plant
-from sim.episode.push_record import PushRecord, check_delivered
+from sim.episode.push_record import PushRecord, check_delivered, next_after, push_record
 from sim.episode.set_polygons import PLANES, SetPolygon, admissible_polygons
 from sim.episode.step_count import StepCount
 from sim.record.motors import MotorLog, MotorUse
 from sim.record.outcome import EarlyEnd
+from sim.record.push_columns import PushColumns, combined
 from sim.record.trace import Trace, TraceRecorder
 from sim.record.versions import commit, versions
 
@@ -86,16 +88,18 @@ class Recording:
         self._ended: dict[int, dict[str, Any]] = {}
         self._support: tuple[list[float], SupportPolygon] | None = None
         self._row = np.empty(0)
+        self._acting: dict[int, tuple[Array, Array]] = {}
         self._closed = 0
         self._steps = StepCount()
         # Asking a protocol takes 40 us.
         self._predictor = controller if isinstance(controller, Predictor) else None
         self._regional = controller if isinstance(controller, Regional) and polygons else None
+        self._pushes = PushColumns()
         self._motors = MotorLog(robot, scenario.ticks if joints else 0)
 
     @property
     def set_polygons(self) -> tuple[SetPolygon, ...]:
-        """Outlines of the sets at the end of each push that left the regulator's set, and of the last."""
+        """Outlines of the sets at the end of each push that left the regulator's set, and of those that end last."""
         return self._polygons + self._last_polygons
 
     @property
@@ -108,13 +112,18 @@ class Recording:
         """(c,) the latest row, as it is now."""
         return self._row.copy()
 
+    @property
+    def acting(self) -> Mapping[int, tuple[Array, Array]]:
+        """The pushes that acted in the latest tick: index -> (3,) mean force [N] or torque [N m], (3,) where [m]."""
+        return self._acting
+
     def see(self, observation: Observation, condition: Condition, action: Action) -> bool:
         """Write the state and the action of this tick; True if the episode may end here.
 
         Joint targets say neither a ZMP, nor which foot is to stand: what stands is then what the floor carries.
         """
         at, row = self._at, self._recorder.row()
-        self._row = row
+        self._row, self._acting = row, {}
         row[at.push : at.push + 3] = 0.0
         x = observation.balance_state()
         row[at.time] = observation.time
@@ -152,13 +161,18 @@ class Recording:
         self._last_polygons = ()
 
     def close(self, effort: Effort, plant: Plant) -> None:
-        """Write how the tick went: the mean force of the push, where it acted, and the motors."""
+        """Write how the tick went: the mean forces of the pushes, where they acted, and the motors."""
         at, row = self._at, self._row
-        pushed = plant.impulse_log.take()
-        if pushed is not None:
-            index, impulse = pushed
-            row[at.push : at.push + 3] = impulse / self.period
-            row[at.push + 3 : at.push + 6] = plant.push_point(index)
+        forces, points = [], []
+        for index, impulse in plant.impulse_log.take().items():
+            mean, point = impulse / self.period, plant.push_point(index)
+            self._pushes.add(self._closed, index, mean, point)
+            self._acting[index] = mean, point
+            if self._scenario.pushes[index].torque is None:
+                forces.append(mean)
+                points.append(point)
+        if forces:
+            row[at.push : at.push + 3], row[at.push + 3 : at.push + 6] = combined(forces, points)
         row[at.effort] = effort.solver_failed
         self._closed += 1
         if effort.torque is not None and effort.speed is not None:
@@ -175,7 +189,8 @@ class Recording:
                 "versions": versions(),
                 "commit": commit(),
                 "seed": self._scenario.seed,
-            }
+            },
+            self._pushes.columns(self._scenario.pushes, self._scenario.apart, len(self._recorder)),
         )
 
     def motors(self) -> MotorUse | None:
@@ -189,41 +204,23 @@ class Recording:
             InputError: if one that is over has not given the robot what was asked.
         """
         stepping = trace["phase"] == Phase.STEPPING.value
-        records = []
-        scheduled = plant.impulse_log.scheduled
-        for index, cut in enumerate(scheduled):
-            push, ended = cut.push, self._ended.get(index, {})
-            until = scheduled[index + 1].push.start if index + 1 < len(scheduled) else math.inf
+        records, pushes = [], self._scenario.pushes
+        for index, (push, cut) in enumerate(zip(pushes, plant.impulse_log.scheduled, strict=True)):
+            following = next_after(pushes, index)
+            until = math.inf if following is None else pushes[following].start
             # From the tick in which it begins; one that was not reached finds the last.
             first = max(int(np.searchsorted(trace.time, push.start + 1e-9)) - 1, 0)
             during = stepping[first : max(int(np.searchsorted(trace.time, until)), first + 1)]
-            wanted, delivered = push.impulse_vector(self._robot.mass), plant.impulse_log.delivered[index]
-            asked = float(np.linalg.norm(wanted))
-            if index in self._ended and cut.beyond <= self._closed * self._scenario.timing.substeps:
-                check_delivered(index, wanted, delivered)
-            records.append(
-                PushRecord(
-                    start=push.start,
-                    duration=push.duration,
-                    direction_deg=push.direction_deg,
-                    body=push.body,
-                    asked_impulse=asked,
-                    delivered_impulse=float(np.linalg.norm(delivered)),
-                    delta_v=asked / self._robot.mass,
-                    delta_v_over_omega=asked / self._robot.mass / self._robot.omega,
-                    cog_velocity_after=ended.get("velocity"),
-                    regulator_slack=ended.get("regulator_slack"),
-                    tracking_slack=ended.get("tracking_slack"),
-                    in_regulator_set=_member(ended.get("regulator_slack")),
-                    in_tracking_set=_member(ended.get("tracking_slack")),
-                    chosen=(Phase.STEPPING if during.any() else Phase.STANDING).name.lower(),
-                    reached=index in self._ended,
-                )
-            )
+            delivered, ended = plant.impulse_log.delivered[index], self._ended.get(index)
+            if ended is not None and cut.beyond <= self._closed * self._scenario.timing.substeps:
+                check_delivered(index, push, self._robot.mass, delivered)
+            chosen = (Phase.STEPPING if during.any() else Phase.STANDING).name.lower()
+            records.append(push_record(push, self._robot, delivered, ended=ended, chosen=chosen))
         return records
 
     def _note_ended_pushes(self, observation: Observation, x: Array) -> None:
-        for index, push in enumerate(self._scenario.pushes):
+        pushes = self._scenario.pushes
+        for index, push in enumerate(pushes):
             if index in self._ended or observation.time < push.end - 1e-9:
                 continue
             ended: dict[str, Any] = {"velocity": tuple(observation.cog_velocity.tolist())}
@@ -232,8 +229,8 @@ class Recording:
                 ended |= {"regulator_slack": said.standing, "tracking_slack": said.stepping}
                 if said.standing is None or not said.standing >= 0.0:
                     self._polygons += self._outlines(index, push, x)
-                elif index == len(self._scenario.pushes) - 1:
-                    self._last_polygons = self._outlines(index, push, x)
+                elif push.end >= max(other.end for other in pushes) - 1e-9:
+                    self._last_polygons += self._outlines(index, push, x)
             self._ended[index] = ended
 
     def _outlines(self, index: int, push: Push, x: Array) -> tuple[SetPolygon, ...]:
@@ -291,7 +288,3 @@ def decision_as_dict(decision: Decision) -> dict[str, Any]:
     """A decision of JSON types; NaN becomes null."""
     fields = asdict(decision) | {"phase": decision.phase.name.lower()}
     return {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in fields.items()}
-
-
-def _member(slack: float | None) -> bool | None:
-    return None if slack is None else slack >= 0.0

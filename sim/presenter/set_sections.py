@@ -28,6 +28,9 @@ def set_sections(report: dict[str, Any]) -> list[Section]:
 
 def _facts(report: dict[str, Any]) -> Iterator[str]:
     """What must be known to read the tables."""
+    if torques := report["torques"]:
+        left_out = "1 torque is" if torques == 1 else f"{torques} torques are"
+        yield f"{left_out} left out: a torque changes no velocity of the COG at once"
     robot, stepping = report["robot"], report["exact"]["stepping"]
     yield (
         f"{robot['name']}: {robot['mass']:.3g} kg, COG at {robot['cog_height']:.3g} m, ω {robot['omega']:.3g} 1/s; "

@@ -39,7 +39,11 @@ TRACE_CHANNELS: Mapping[str, str] = MappingProxyType(
     | dict.fromkeys(("regulator_slack", "tracking_slack", "support_slack"), "m")
     | dict.fromkeys(("solver_failed", "torque_use", "speed_use", "saturated"), "1")
 )
-"""Channel -> unit, in the order of the columns; every trace has them."""
+"""Channel -> unit, in the order of the columns; every trace has them.
+
+`push_f*` is the sum of all forces that push, its mean over the tick, and `push_x, push_y, push_z` where it acts: the
+mean of the pushes' points by the size of their forces. `sim.record.push_columns` has what this cannot tell.
+"""
 
 ROOT_CHANNELS: Mapping[str, str] = MappingProxyType(
     dict.fromkeys(("root_x", "root_y", "root_z"), "m")
@@ -179,6 +183,14 @@ class TraceRecorder:
         for name, values in columns.items():
             self._values[: len(values), self.index[name]] = values
 
-    def trace(self, metadata: Mapping[str, Any]) -> Trace:
-        """The rows so far as a trace."""
-        return Trace(values=self._values[: self._count], units=self._units, metadata=metadata)
+    def trace(self, metadata: Mapping[str, Any], more: Mapping[str, tuple[str, Array]] | None = None) -> Trace:
+        """The rows so far as a trace.
+
+        Args:
+            metadata: of the trace.
+            more: channels after the others, name -> unit and a value for each row.
+        """
+        more = more or {}
+        values = np.column_stack([self._values[: self._count], *(column for _, column in more.values())])
+        units = self._units | {name: unit for name, (unit, _) in more.items()}
+        return Trace(values=values, units=units, metadata=metadata)

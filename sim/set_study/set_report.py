@@ -40,7 +40,8 @@ def set_report(
 ) -> dict[str, Any]:
     """Compute the sets of a scenario's robot at rest in its first stance.
 
-    A push is a sudden change of the COG velocity here, as in the paper's Section V.
+    A push is a sudden change of the COG velocity here, as in the paper's Section V; torques, which are none, are only
+    counted.
 
     Args:
         scenario: gives the robot, the control period, the gain, the stepping and the pushes.
@@ -68,7 +69,8 @@ def set_report(
         "robot": robot_facts(robot),
         "dt": sets.pendulum.dt,
         "exact": exact,
-        "pushes": [_push(supervisor, sets, push, robot) for push in scenario.pushes],
+        "pushes": [_push(supervisor, sets, push, robot) for push in scenario.pushes if push.torque is None],
+        "torques": sum(push.torque is not None for push in scenario.pushes),
         "robust": None,
         "late": None,
     }

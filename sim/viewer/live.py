@@ -12,6 +12,7 @@ import numpy as np
 from models.errors import InputError
 from models.robot import Robot, load_robot
 from scenarios.catalogue import check_against
+from scenarios.push import Push
 from scenarios.schema import Scenario
 from sim.episode.build import make_controller
 from sim.episode.episode import Episode
@@ -144,8 +145,7 @@ class Session:
                 time.sleep(_IDLE)
                 continue
             self._over = not episode.tick()
-            row = episode.row
-            self._observer.see(row)
+            self._observer.see(episode.row, episode.acting, episode.scenario.pushes)
             if self._over or episode.ticks % self._every == 0:
                 self._draw()
             self._pace.wait(episode.time)
@@ -178,18 +178,13 @@ class Session:
         if self._over:
             outcome = episode.result().outcome
             speed = f"over: {outcome.result.value.replace('_', ' ')}: {outcome.reason.value}"
-        latest = f"{len(pushes)}" + (
-            f"; the latest at {pushes[-1].start:.2f} s, {pushes[-1].direction_deg:.0f}°, "
-            f"{np.linalg.norm(pushes[-1].impulse_vector(self._robot.mass)):.2f} N s on {pushes[-1].body}"
-            if pushes
-            else ""
-        )
+        latest = f"; the latest at {pushes[-1].start:.2f} s: {_words(pushes[-1], self._robot.mass)}" if pushes else ""
         self.panel.show(
             ("time", f"{episode.time:.2f} s of {episode.scenario.duration:g} s"),
             ("state", speed),
             ("phase", self._phase),
             ("decision", decisions[-1].reason if decisions else ""),
-            ("pushes", latest),
+            ("pushes", f"{len(pushes)}{latest}"),
             ("refused", self._refused),
         )
 
@@ -203,10 +198,14 @@ class Session:
         scenario, now = self.episode.scenario, self.episode.time
         if self._over:
             return scenario
-        begun = [push.model_dump(exclude_none=True) for push in scenario.pushes if push.start < now - 1e-9]
-        end = now
-        if begun:
-            last = scenario.pushes[len(begun) - 1]
-            end = max(now, last.end + scenario.timing.control)
-        cut = scenario.as_dict() | {"duration": round(end, 9), "pushes": begun}
-        return Scenario.model_validate(cut)
+        begun = [push for push in scenario.pushes if push.start < now - 1e-9]
+        end = max([now, *(push.end + scenario.timing.control for push in begun)])
+        pushes = [push.model_dump(exclude_none=True) for push in begun]
+        return Scenario.model_validate(scenario.as_dict() | {"duration": round(end, 9), "pushes": pushes})
+
+
+def _words(push: Push, mass: float) -> str:
+    if push.torque is not None:
+        return push.torque_words
+    size = float(np.linalg.norm(push.impulse_vector(mass)))
+    return f"{push.direction_deg:.0f}°, {size:.2f} N s on {push.body}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from controllers.geometry.support_polygon import Foot, support_polygon
 from controllers.interface import Phase
 from models.arena import SIDES, Side
+from scenarios.push import Push
 from sim.record.trace import ROOT_CHANNELS
-from sim.viz.overlay import ARROW_PER_WEIGHT, FADE, LEAST_ARROW
 from sim.viz.playback import LOADED
+from sim.viz.push_shapes import FADE, arc, arrow
 
 Array = NDArray[np.float64]
 
@@ -34,7 +35,8 @@ class Moment:
         phase: whether a step is under way.
         steps: begun so far.
         slacks: of the set of standing and of that of the steps under way; NaN for none.
-        arrow: (2, 3) from where to where the arrow of a push goes; None if none acts or has just acted.
+        arrows: (k, 2, 3) tails and tips of the arrows of the pushes that act or have just acted.
+        arcs: (m, 2, 3) pieces of the arcs of those that are torques, each of which has an arrow, too.
     """
 
     time: float
@@ -48,7 +50,8 @@ class Moment:
     phase: Phase
     steps: int
     slacks: tuple[float, float]
-    arrow: Array | None
+    arrows: Array
+    arcs: Array
 
     @property
     def phase_words(self) -> str:
@@ -78,8 +81,6 @@ class Observer:
         self._zmp = [at[f"zmp_{axis}"] for axis in "xy"]
         self._command = [at[f"zmp_cmd_{axis}"] for axis in "xy"]
         self._slacks = at["regulator_slack"], at["tracking_slack"]
-        self._force = [at[f"push_f{axis}"] for axis in "xyz"]
-        self._point = [at[f"push_{axis}"] for axis in "xyz"]
         self._feet = {side: [at[f"{side}_{name}"] for name in ("x", "y", "z", "yaw")] for side in SIDES}
         self._load = {side: at[f"{side}_force"] for side in SIDES}
         joints = [i for name, i in at.items() if name.startswith("q_")]
@@ -87,22 +88,33 @@ class Observer:
         self._omega = float(robot["omega"])
         self._weight = float(robot["mass"]) * self._omega**2 * float(robot["cog_height"])
         self._soles = {side: np.array(robot["sole_vertices"][side], dtype=np.float64) for side in SIDES}
-        # Of the latest push: when it last acted, its largest force, and where that acted as seen from the COG.
-        self._pushed_at = -np.inf
-        self._largest = self._from_cog = np.zeros(3)
+        self._recent: dict[int, _Recent] = {}
 
-    def see(self, row: Array) -> None:
-        """Take the next row (c,) into account; none may be left out, for a push may last one control period."""
-        if not row[self._force].any():
-            return
-        now, force = float(row[self._time]), row[self._force]
-        if now > self._pushed_at + FADE or force @ force >= self._largest @ self._largest:
-            self._largest, self._from_cog = force, row[self._point] - row[self._cog]
-        self._pushed_at = now
+    def see(self, row: Array, acting: Mapping[int, tuple[Array, Array]], pushes: Sequence[Push]) -> None:
+        """Take the next row into account; none may be left out, for a push may last one control period.
+
+        Args:
+            row: (c,) of the record.
+            acting: which pushes act in it: index -> (3,) force [N] or torque [N m], and (3,) where [m].
+            pushes: of the scenario.
+        """
+        now = float(row[self._time])
+        if any(index not in self._recent for index in acting):
+            # What is over gives way to the next.
+            self._recent = {index: recent for index, recent in self._recent.items() if index in acting}
+        for index, (value, point) in acting.items():
+            known = self._recent.get(index)
+            if known is None:
+                known = self._recent[index] = _Recent(is_torque=pushes[index].torque is not None)
+            if value.any():
+                known.acted_at, known.value = now, value
+                if known.largest @ known.largest <= value @ value:
+                    known.largest, known.from_cog = value, point - row[self._cog]
 
     def moment(self, row: Array) -> Moment:
         """What is to be seen in a row (c,), the last one that `see` took."""
         cog = row[self._cog]
+        arrows, arcs = self._pushes(float(row[self._time]), cog)
         feet = {side: row[columns] for side, columns in self._feet.items()}
         loaded = [
             Foot(position=feet[side][:2], yaw=float(feet[side][3]), sole=self._soles[side])
@@ -121,14 +133,32 @@ class Observer:
             phase=Phase(int(row[self._phase])),
             steps=int(row[self._steps]),
             slacks=(float(row[self._slacks[0]]), float(row[self._slacks[1]])),
-            arrow=self._arrow(float(row[self._time]), cog, row[self._force]),
+            arrows=arrows,
+            arcs=arcs,
         )
 
-    def _arrow(self, now: float, cog: Array, force: Array) -> Array | None:
-        if now > self._pushed_at + FADE:
-            return None
-        # Afterwards its largest force is what should be remembered, not the last of a half sine.
-        shown = force if force.any() else self._largest
-        size = float(np.linalg.norm(shown))
-        tip = cog + self._from_cog
-        return np.array([tip - shown / size * max(size * ARROW_PER_WEIGHT / self._weight, LEAST_ARROW), tip])
+    def _pushes(self, now: float, cog: Array) -> tuple[Array, Array]:
+        arrows, arcs = [], []
+        for push in self._recent.values():
+            if not push.acted_at <= now <= push.acted_at + FADE:
+                continue
+            # Afterwards its largest force is what should be remembered, not the last of a half sine.
+            value, point = push.value if push.acted_at == now else push.largest, cog + push.from_cog
+            if push.is_torque:
+                around, head = arc(point, value, self._weight)
+                arcs.append(np.stack([around[:-1], around[1:]], axis=1))
+                arrows.append(head)
+            else:
+                arrows.append(arrow(point, value, self._weight))
+        return np.array(arrows).reshape(-1, 2, 3), np.concatenate([np.empty((0, 2, 3)), *arcs])
+
+
+@dataclass(kw_only=True)
+class _Recent:
+    """A push of late: when it last acted [s], with what, its largest, and where that acted as seen from the COG."""
+
+    is_torque: bool
+    acted_at: float = -np.inf
+    value: Array = field(default_factory=lambda: np.zeros(3))
+    largest: Array = field(default_factory=lambda: np.zeros(3))
+    from_cog: Array = field(default_factory=lambda: np.zeros(3))

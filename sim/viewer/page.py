@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import html
+from collections import defaultdict
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from models.robot import robot_path
 from sim.record.trace import Trace
@@ -13,6 +15,8 @@ from sim.viewer.moment import Moment, Observer
 from sim.viewer.scene import LEGEND, Scene
 from sim.viewer.server import served
 from sim.viz.playback import Playback
+
+Array = NDArray[np.float64]
 
 FPS = 50.0
 """Pictures a second."""
@@ -33,7 +37,7 @@ def replay_page(trace: Trace, *, progress: Callable[[float], None] | None = None
     """
     playback = Playback(trace)
     observer = Observer(trace.channels, trace.metadata["robot"])
-    frames = _frames(playback)
+    frames, acting = _frames(playback), _acting(playback)
     with served() as server:
         scene = Scene(
             server, robot_path(playback.scenario.robot), trace.metadata["robot"], humanoid=playback.is_humanoid
@@ -41,8 +45,8 @@ def replay_page(trace: Trace, *, progress: Callable[[float], None] | None = None
         recorder = None
         seen = 0
         for number, tick in enumerate(frames):
-            for row in trace.values[seen : tick + 1]:
-                observer.see(row)
+            for each in range(seen, tick + 1):
+                observer.see(trace.values[each], acting.get(each, {}), playback.scenario.pushes)
             seen = tick + 1
             moment = observer.moment(trace.values[tick])
             scene.draw(moment, _words(playback, moment))
@@ -64,11 +68,23 @@ def _frames(playback: Playback) -> list[int]:
     return sorted({*(playback.tick(float(time)) for time in times), len(playback.time) - 1})
 
 
+def _acting(playback: Playback) -> dict[int, dict[int, tuple[Array, Array]]]:
+    """Tick -> index of a push -> its force or torque then, and where it acts."""
+    found: defaultdict[int, dict[int, tuple[Array, Array]]] = defaultdict(dict)
+    for push in playback.pushes:
+        values, points = playback.acted(push)
+        if push.start <= playback.time[-1]:
+            for tick in range(playback.tick(push.start), playback.tick(push.end) + 1):
+                if values[tick].any():
+                    found[tick][push.number - 1] = values[tick], points[tick]
+    return found
+
+
 def _words(playback: Playback, moment: Moment) -> str:
     words = moment.words
     for push in reversed(playback.pushes):
         if push.start <= moment.time <= push.end + _SHOWN_AFTER:
-            words += f"  push {push.number}: {push.impulse:.2f} N s, {push.delta_v:.2f} m/s"
+            words += f"  push {push.number}: {push.words}"
     fell = playback.outcome.time_of_fall
     return words + ("  fell" if fell is not None and moment.time >= fell else "")
 

@@ -94,10 +94,12 @@ class Scene:
                     mark.visible = there
                 if there:
                     mark.position = (float(point[0]), float(point[1]), height)
-            if self._arrow.visible != (moment.arrow is not None):
-                self._arrow.visible = moment.arrow is not None
-            if moment.arrow is not None:
-                self._arrow.points = moment.arrow[None].astype(np.float32)
+            for shapes, pieces in ((self._arrows, moment.arrows), (self._arcs, moment.arcs)):
+                there = bool(len(pieces))
+                if shapes.visible != there:
+                    shapes.visible = there
+                if there:
+                    shapes.points = pieces.astype(np.float32)
             self._words.position = (cog[0], cog[1], cog[2] + _OVER_HEAD * self._height)
             if self._words.text != words:
                 self._words.text = words
@@ -201,14 +203,17 @@ class Scene:
         self._command = add.add_line_segments(
             "/world/zmp_command", ring.astype(np.float32), rgb(ZMP), thickness=2.0, thickness_units="screen"
         )
-        self._arrow = add.add_arrows(
-            "/world/push",
+        self._arrows = add.add_arrows(
+            "/world/push/arrows",
             np.zeros((1, 2, 3), dtype=np.float32),
             rgb(PUSH),
             shaft_radius=0.008,
             head_radius=0.02,
             head_length=0.045,
             visible=False,
+        )
+        self._arcs = add.add_line_segments(
+            "/world/push/arcs", np.zeros((1, 2, 3), dtype=np.float32), rgb(PUSH), thickness=0.012, visible=False
         )
         self._words = add.add_label("/world/words", "", anchor="bottom-center", font_screen_scale=1.2)
 

@@ -17,6 +17,7 @@ Frame = NDArray[np.uint8]
 
 _INK, _PAPER, _DIM = (32, 34, 38), (255, 255, 255, 190), (96, 100, 108)
 _SHOWN_AFTER = 0.5  # [s] that the words of a push stay
+_PUSHES_TOLD = 4  # at once; more would hide the robot
 _FELL = "#c02020"
 _LEGEND = (("COG", COG), ("DCM", DCM), ("ZMP", ZMP), ("ZMP command", "ring"), ("support", SUPPORT), ("push", PUSH))
 
@@ -63,26 +64,21 @@ class Caption:
         self._frames += 1
         below = self._height - self._footer[0].shape[0] - gap
         fell = self._fell_at is not None and self._playback.time[tick] >= self._fell_at
-        for words, colour in (
-            (f"fell at {self._fell_at:.2f} s" if fell else "", _FELL),
-            (self._push_words(tick), PUSH),
-        ):
-            if words:
-                banner = self._banner(words, colour)
-                below -= banner[0].shape[0] + gap
-                _blend(frame, banner, (self._width - banner[0].shape[1]) // 2, below)
+        told = [(f"fell at {self._fell_at:.2f} s", _FELL)] if fell else []
+        for words, colour in (*told, *((words, PUSH) for words in self._push_words(tick))):
+            banner = self._banner(words, colour)
+            below -= banner[0].shape[0] + gap
+            _blend(frame, banner, (self._width - banner[0].shape[1]) // 2, below)
 
     def _phase_words(self, tick: int) -> str:
         name = self._playback.phase(tick).name.lower()
         steps = int(self._playback.trace["steps"][tick])
         return f"{name}: step {steps}" if name == "stepping" else name
 
-    def _push_words(self, tick: int) -> str:
-        now = self._playback.time[tick]
-        for push in reversed(self._playback.pushes):
-            if push.start <= now <= push.end + _SHOWN_AFTER:
-                return f"push {push.number}: {push.impulse:.2f} N s, {push.delta_v:.2f} m/s"
-        return ""
+    def _push_words(self, tick: int) -> list[str]:
+        """The pushes that act, or did a moment ago, the latest first."""
+        told = self._playback.recent(self._playback.time[tick], _SHOWN_AFTER)[::-1][:_PUSHES_TOLD]
+        return [f"push {push.number}: {push.words}" for push in told]
 
     def _draw_clock(self, words: str) -> Patch:
         image, draw = self._sheet(10 * self._unit, round(1.9 * self._unit))

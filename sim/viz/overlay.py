@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from itertools import pairwise
 
 import mujoco
@@ -11,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from models.arena import SIDES
 from sim.record.palette import COG, DCM, PUSH, SUPPORT, ZMP, rgb
-from sim.viz.playback import Playback
+from sim.viz.playback import Playback, PushMark
+from sim.viz.push_shapes import FADE, arc, arrow
 
 Array = NDArray[np.float64]
 Geom = mujoco.mjtGeom
@@ -20,12 +22,7 @@ Geom = mujoco.mjtGeom
 # is the same place and size, but no part of the robot can hide them.
 _XRAY = 0.4
 _XRAY_SUPPORT = 0.41  # the polygon lies just behind the other marks
-FADE = 0.3
-"""How long the arrow of a push stays after it [s]: pushes are shorter than an eye needs."""
-ARROW_PER_WEIGHT = 0.4
-"""Length of the arrow for a force of one body weight [m]."""
-LEAST_ARROW = 0.16
-"""Its least length, so that its tail is out of the trunk [m]."""
+_PUSHES_DRAWN = 16  # at once, the latest ones: a scene holds so many marks and no more
 _PAINT = 0.0006  # [m] above the floor
 _GRID, _GRID_REACH = 0.1, 15  # [m] between lines, and how many there are to each side
 _GRID_LINES = 2 * (2 * _GRID_REACH + 1)
@@ -47,6 +44,7 @@ class Overlay:
         self._playback = playback
         self._eye = np.zeros(3)
         self._grid: tuple[int, int] | None = None
+        self._acted = lru_cache(maxsize=64)(playback.acted)
         self._half_sole = {side: np.ptp(sole, axis=0) / 2 for side, sole in playback.soles.items()}
         self._mid_sole = {side: (sole.max(axis=0) + sole.min(axis=0)) / 2 for side, sole in playback.soles.items()}
 
@@ -134,26 +132,38 @@ class Overlay:
         self._circle(play.zmp_command[tick], 0.014, _rgba(ZMP))
 
     def _push(self, tick: int) -> None:
+        for push in self._playback.recent(self._playback.time[tick], FADE)[-_PUSHES_DRAWN:]:
+            self._one_push(push, tick)
+
+    def _one_push(self, push: PushMark, tick: int) -> None:
         play = self._playback
-        now = play.time[tick]
-        active = next((p for p in reversed(play.pushes) if p.start <= now), None)
-        if active is None or now > active.end + FADE:
-            return
-        rows = np.arange(play.tick(active.start), min(tick, play.tick(active.end)) + 1)
-        sizes = np.linalg.norm(play.force[rows], axis=1)
+        values, points = self._acted(push)
+        rows = np.arange(play.tick(push.start), min(tick, play.tick(push.end)) + 1)
+        sizes = np.linalg.norm(values[rows], axis=1)
         if not sizes.any():
             return
         # Afterwards its largest force is what should be remembered, not the last of a half sine.
         pushed = tick if tick in rows and sizes[-1] > 0.0 else int(rows[sizes.argmax()])
-        force = play.force[pushed]
-        alpha = 1.0 - max(0.0, (now - active.end) / FADE)
-        tip = play.force_point[pushed] + play.cog[tick] - play.cog[pushed]
-        length = float(np.linalg.norm(force)) * ARROW_PER_WEIGHT / play.weight
-        tail = tip - force / np.linalg.norm(force) * max(length, LEAST_ARROW)
-        arrow = self._add(Geom.mjGEOM_ARROW, [1, 1, 1], tip, _rgba(PUSH, alpha))
-        mujoco.mjv_connector(arrow, Geom.mjGEOM_ARROW, 0.011 * _XRAY, self._near(tail), self._near(tip))
-        arrow.emission = 0.3
-        arrow.size[2] *= 2.0  # MuJoCo draws an arrow half as long as its connector says
+        value = values[pushed]
+        colour = _rgba(PUSH, 1.0 - max(0.0, (play.time[tick] - push.end) / FADE))
+        point = points[pushed] + play.cog[tick] - play.cog[pushed]
+        if push.is_torque:
+            self._turn(*arc(point, value, play.weight), colour)
+        else:
+            self._arrow(*arrow(point, value, play.weight), colour)
+
+    def _arrow(self, tail: Array, tip: Array, colour: tuple[float, ...]) -> None:
+        mark = self._add(Geom.mjGEOM_ARROW, [1, 1, 1], tip, colour)
+        mujoco.mjv_connector(mark, Geom.mjGEOM_ARROW, 0.011 * _XRAY, self._near(tail), self._near(tip))
+        mark.emission = 0.3
+        mark.size[2] *= 2.0  # MuJoCo draws an arrow half as long as its connector says
+
+    def _turn(self, around: Array, head: Array, colour: tuple[float, ...]) -> None:
+        for start, end in pairwise(around):
+            rod = self._add(Geom.mjGEOM_CAPSULE, [1, 1, 1], start, colour)
+            mujoco.mjv_connector(rod, Geom.mjGEOM_CAPSULE, 0.006 * _XRAY, self._near(start), self._near(end))
+            rod.emission = 0.3
+        self._arrow(*head, colour)
 
     def _near(self, point: Array, fraction: float = _XRAY) -> Array:
         return self._eye + fraction * (point - self._eye)

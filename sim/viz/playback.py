@@ -20,18 +20,28 @@ Array = NDArray[np.float64]
 
 LOADED = 0.01
 """A sole that carries less than this fraction of the weight is being put down or lifted, not a support."""
+# Times are sums of decimal fractions.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PushMark:
-    """A push of the scenario: its number from 1, when [s], its size [N s], [m/s], and the axis it goes along most."""
+    """A push of the scenario.
+
+    Attributes:
+        number: from 1.
+        axis: 0 for x, 1 for y: along which it pushes most.
+        start, end: [s].
+        words: its size: "0.55 N s, 0.10 m/s", or "torque 3 N m about y on trunk, 0.30 N m s".
+        is_torque: whether it is a torque.
+    """
 
     number: int
     axis: int
     start: float
     end: float
-    impulse: float
-    delta_v: float
+    words: str
+    is_torque: bool
 
 
 class Playback:
@@ -45,7 +55,7 @@ class Playback:
         cog: (n, 3) [m].
         zmp, zmp_command: (n, 2) measured (NaN in the air) and commanded ZMP [m].
         dcm: (n, 2) cog + cog velocity / omega [m].
-        force, force_point: (n, 3) of the push during each tick [N], [m].
+        force, force_point: (n, 3) of all pushes during each tick [N], [m]; see `acted` for one.
         pushes: the pushes in order of time.
         supporting: side -> (n,) whether that sole carries weight.
     """
@@ -113,6 +123,25 @@ class Playback:
         extent[~np.isfinite(extent).all(axis=1)] = np.nan
         return extent
 
+    def acted(self, push: PushMark) -> tuple[Array, Array]:
+        """A push by itself: (n, 3) its force [N] or torque [N m], and (n, 3) where it acts [m].
+
+        They hold from its start to its end; those of a push that the trace does not tell apart are the shared ones.
+        """
+        own = f"push_{push.number}_"
+        if f"{own}x" not in self.trace.channels:
+            return self.force, self.force_point
+        return (
+            _columns(self.trace, own + ("t{}" if push.is_torque else "f{}"), "xyz"),
+            _columns(self.trace, own + "{}", "xyz"),
+        )
+
+    def recent(self, now: float, after: float) -> list[PushMark]:
+        """The pushes that act at `now` [s] or did until `after` [s] ago; one that is over gives way to the next."""
+        begun = [push for push in self.pushes if push.start <= now <= push.end + after]
+        latest = max((push.start for push in begun), default=0.0)
+        return [push for push in begun if push.end > latest + _ROUNDING]
+
     def phases(self) -> list[tuple[float, float, Phase]]:
         """From when to when [s] it stood and stepped, without gaps."""
         codes = self.trace["phase"]
@@ -122,9 +151,11 @@ class Playback:
 
     def _marks(self) -> Iterator[PushMark]:
         for number, push in enumerate(self.scenario.pushes, start=1):
-            impulse = float(np.linalg.norm(push.impulse_vector(self.mass)))
-            size = {"impulse": impulse, "delta_v": impulse / self.mass}
-            yield PushMark(number=number, axis=push.axis, start=push.start, end=push.end, **size)
+            size = float(np.linalg.norm(push.asked(self.mass)))
+            turns = push.torque is not None
+            words = f"{push.torque_words}, {size:.2f} N m s" if turns else f"{size:.2f} N s, {size / self.mass:.2f} m/s"
+            when = {"start": push.start, "end": push.end}
+            yield PushMark(number=number, axis=push.axis, words=words, is_torque=turns, **when)
 
 
 def _columns(trace: Trace, pattern: str, names: str | tuple[str, ...]) -> Array:

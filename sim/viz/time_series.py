@@ -15,10 +15,11 @@ from matplotlib.patches import Patch
 from controllers.interface import Phase
 from models.arena import SIDES
 from sim.record.palette import COG, FEET, PHASES, PUSH, SUPPORT, ZMP, ZMP_COMMAND
-from sim.viz.playback import Playback
+from sim.viz.playback import Playback, PushMark
 from sim.viz.time_scale import NARROWER, TimeScale, time_scale
 
 _FOOT_LINES: dict[str, Literal["-", "--"]] = {"left": "-", "right": "--"}
+_LETTER, _LINES = 0.0072, 3  # of the time axis, for a letter of those words; and how many lines there is room for
 _WIDE_LABEL, _WIDE_NAME = 0.13, 0.11  # of the time axis, that a push's and a controller's words need
 
 
@@ -65,16 +66,25 @@ def _draw_phases(strip: Axes, playback: Playback, scale: TimeScale) -> None:
 
 
 def _name_pushes(strip: Axes, playback: Playback, scale: TimeScale) -> None:
-    starts = [push.start for push in playback.pushes if push.start <= playback.time[-1]]
-    short = any(scale.share(earlier, later) < _WIDE_LABEL for earlier, later in pairwise(starts))
+    groups = _together(playback)
+    named = [
+        [f"push {group[0].number}", group[0].words]
+        if len(group) == 1
+        else [f"{push.number}: {push.words}" for push in group]
+        for group in groups
+    ]
+    wide = [max(_WIDE_LABEL, _LETTER * max(map(len, lines))) for lines in named]
+    short = max(map(len, named), default=0) > _LINES or any(
+        scale.share(earlier[0].start, later[0].start) < max(widths)
+        for (earlier, later), widths in zip(pairwise(groups), pairwise(wide), strict=True)
+    )
     first, last = float(playback.time[0]), float(playback.time[-1])
-    for push in playback.pushes:
-        if push.start > playback.time[-1]:
-            continue
-        words = f"{push.number}" if short else f"push {push.number}\n{push.impulse:.2f} N s, {push.delta_v:.2f} m/s"
+    for group, lines, width in zip(groups, named, wide, strict=True):
+        ends = f"{group[0].number}" if len(group) == 1 else f"{group[0].number}-{group[-1].number}"
+        words = ends if short else "\n".join(lines)
         # At an end of the axis the words begin or end there, for beyond it is nothing of the picture.
-        middle = (push.start + min(push.end, last)) / 2
-        left, right = scale.share(first, middle) < _WIDE_LABEL / 2, scale.share(middle, last) < _WIDE_LABEL / 2
+        middle = (group[0].start + min(max(push.end for push in group), last)) / 2
+        left, right = scale.share(first, middle) < width / 2, scale.share(middle, last) < width / 2
         strip.annotate(
             words,
             (first if left and not short else last if right and not short else middle, 1.0),
@@ -87,6 +97,19 @@ def _name_pushes(strip: Axes, playback: Playback, scale: TimeScale) -> None:
             fontsize=9.5,
             annotation_clip=False,
         )
+
+
+def _together(playback: Playback) -> list[list[PushMark]]:
+    """The pushes that began, those that overlap in one group."""
+    groups: list[list[PushMark]] = []
+    for push in playback.pushes:
+        if push.start > playback.time[-1]:
+            continue
+        if groups and push.start < max(other.end for other in groups[-1]) - 1e-9:
+            groups[-1].append(push)
+        else:
+            groups.append([push])
+    return groups
 
 
 def _draw_axis(panel: Axes, playback: Playback, axis: int) -> None:

@@ -49,7 +49,10 @@ SCENARIO_FIELDS: dict[str, Any] = {
     "disturbance": {
         "mass_scale": 1.1, "delay": 0.004, "noise_position": 0.001, "noise_velocity": 0.01, "friction": 0.5,
     },
-    "pushes": [PUSH | {"shape": "half_sine", "point": [0.0, 0.0, 0.05]}, PUSH | {"start": 0.2}],
+    "pushes": [
+        PUSH | {"shape": "half_sine", "point": [0.0, 0.0, 0.05]}, PUSH | {"start": 0.2},
+        {"start": 0.21, "torque": [0.1, 0.0, 0.5], "duration": 0.1},
+    ],
 }  # fmt: skip
 GAINS = (
     {"kind": "dcm", "k": 1.5},

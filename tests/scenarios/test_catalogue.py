@@ -139,6 +139,14 @@ UNFIT = {
     ),
     "foot lifted over the hip": ("[stepping]\nswing_height = 0.4\n", ["stepping.swing_height", "0.4", "0.312"]),
     "margin as wide as the sole": ("[stepping]\nzmp_margin = 0.04\n", ["stepping.zmp_margin", "0.04", "0.036"]),
+    "pendulum turned": (
+        'world = "pendulum"\n' + PUSH + "torque = [0, -3, 0]\n",
+        ["pushes[0].torque", "torque 3 N m about -y on trunk", "point"],
+    ),
+    "torque beyond the mass": (
+        PUSH + "torque = [0, 0, 1000]\n",
+        ["pushes[0].torque", "1e+03 N m about z", "100 N m s", "at most 28.8 N m s"],
+    ),
     "pendulum pushed up": (
         'world = "pendulum"\n' + PUSH + "vector = [1, 0, 1]\ndelta_v = 0.1\n",
         ["pushes[0].vector", "[1.0, 0.0, 1.0]", "horizontal"],

@@ -26,7 +26,7 @@ def test_samples_hold_the_impulse_whatever_the_step(
     start: float, duration: float, direction: float, size: float, shape: str, dt: float
 ) -> None:
     push = Push(start=start, duration=duration, direction=direction, impulse=size, shape=shape)
-    first, forces = push.force_samples(dt, MASS)
+    first, forces = push.samples(dt, MASS)
     # 2000 additions of numbers of the size of the impulse: 2000 * 1.1e-16 at worst.
     np.testing.assert_allclose(forces.sum(axis=0) * dt, push.impulse_vector(MASS), rtol=0, atol=1e-12 * size)
     # No sample lies outside of the push but for the rounding that `snap` forgives.
@@ -37,14 +37,14 @@ def test_samples_hold_the_impulse_whatever_the_step(
 
 
 def test_rectangular_push_in_whole_steps_is_one_constant_force() -> None:
-    first, forces = Push(start=0.3, duration=0.1, direction=0, impulse=2.0).force_samples(0.001, MASS)
+    first, forces = Push(start=0.3, duration=0.1, direction=0, impulse=2.0).samples(0.001, MASS)
     assert (first, len(forces)) == (300, 100)  # 0.3 / 0.001 is 299.99... in floating point
     # A time of 0.3 s is known to 6e-17 s, 6e-14 of a step.
     np.testing.assert_allclose(forces, [[20.0, 0.0, 0.0]] * 100, rtol=1e-12)
 
 
 def test_ends_within_a_step_get_their_share() -> None:
-    _, forces = Push(start=0.00025, duration=0.001, direction=0, impulse=1.0).force_samples(0.001, MASS)
+    _, forces = Push(start=0.00025, duration=0.001, direction=0, impulse=1.0).samples(0.001, MASS)
     np.testing.assert_allclose(forces[:, 0], [750.0, 250.0], rtol=1e-12)
 
 
@@ -52,14 +52,14 @@ def test_ends_within_a_step_get_their_share() -> None:
 def test_the_shortest_push_is_not_lost_late_in_an_hour(start: float) -> None:
     push = Push(start=start, duration=1e-4, direction=0, impulse=1.0)
     for dt in (1e-4, 1e-3, 0.01):
-        _, forces = push.force_samples(dt, MASS)
+        _, forces = push.samples(dt, MASS)
         # One or two samples: their sum is rounded once.
         assert forces[:, 0].sum() * dt == pytest.approx(1.0, rel=1e-15)
 
 
 def test_half_sine_samples_are_the_means_of_the_sine() -> None:
     push = Push(start=0.0, duration=0.1, direction=90, impulse=1.0, shape="half_sine")
-    _, forces = push.force_samples(0.001, MASS)
+    _, forces = push.samples(0.001, MASS)
     middle = (np.arange(100) + 0.5) * 0.001
     sine = 1.0 * math.pi / (2 * 0.1) * np.sin(math.pi * middle / 0.1)
     # The mean over a step differs from the value in its middle by (pi dt / T)^2 / 24 = 4e-5 of it.

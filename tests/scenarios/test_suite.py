@@ -207,6 +207,10 @@ def test_base_may_be_written_in_the_suite_or_lie_beside_it(tmp_path: Path) -> No
             PLAIN + SMALL + "[scenario]\npushes = [{ start = 1.0, vector = [0, 1, 1], delta_v = 1.0 }]\n",
             "axes.direction: the base scenario's push goes along a vector, [0.0, 1.0, 1.0], which none of them is",
         ),
+        (
+            PLAIN + SMALL + "[scenario]\npushes = [{ start = 1.0, torque = [0, 2, 0] }]\n",
+            "scenario: pushes with a torque 2 N m about y on trunk; the pushes of a suite are forces",
+        ),
         (PLAIN + SMALL + "[scenario]\nseed = 6\n", "scenario.seed: 6 is not allowed; the suite decides it"),
         (PLAIN + SMALL + "[scenario]\nduration = 9.0\n", "scenario.duration: 9.0 is not allowed; the suite decides it"),
         # Numbers at the rim.

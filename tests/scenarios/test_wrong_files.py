@@ -54,15 +54,23 @@ WRONG = {
         "duration = 3.1\n" + PUSH + "direction = 0\ndelta_v = 0.1\n",
         ["duration", "3.1", "beyond the end of the last push"],
     ),
-    "pushes at once": (
-        PUSH + "direction = 0\ndelta_v = 0.1\n[[pushes]]\nstart = 3.05\ndirection = 0\ndelta_v = 0.1\n",
-        ["pushes[1].start", "3.05", "3.1"],
+    "a long push beyond the end, a short one within": (
+        "duration = 4.0\n" + PUSH + "duration = 2.0\ndirection = 0\ndelta_v = 0.1\n"
+        "[[pushes]]\nstart = 3.05\ndirection = 0\ndelta_v = 0.1\n",
+        ["duration", "4.0", "beyond the end of the last push, 5 s"],
     ),
-    "pushes in one control period": (
-        PUSH + "duration = 0.1005\ndirection = 0\ndelta_v = 0.1\n"
-        "[[pushes]]\nstart = 3.101\ndirection = 0\ndelta_v = 0.1\n",
-        ["pushes[1].start", "3.101", "one control period"],
+    "pushes out of order": (
+        PUSH + "direction = 0\ndelta_v = 0.1\n[[pushes]]\nstart = 2.95\ndirection = 0\ndelta_v = 0.1\n",
+        ["pushes[1].start", "2.95", "before the start of pushes[0], 3 s", "the order in which they begin"],
     ),
+    "torque and direction": (PUSH + "torque = [0, 3, 0]\ndirection = 0\n", ["pushes[0].direction", "0.0", "torque"]),
+    "torque and impulse": (PUSH + "torque = [0, 3, 0]\nimpulse = 1\n", ["pushes[0].impulse", "1.0", "torque"]),
+    "torque from above": (PUSH + "torque = [0, 3, 0]\nheight = 0.1\n", ["pushes[0].height", "0.1", "torque"]),
+    "torque at a point": (PUSH + "torque = [0, 3, 0]\npoint = [0, 0, 0]\n", ["pushes[0].point", "torque"]),
+    "torque on all bodies": (PUSH + 'torque = [0, 3, 0]\nbody = "cog"\n', ["pushes[0].body", "'cog'", "name one"]),
+    "torque of nothing": (PUSH + "torque = [0, 0, 1e-9]\n", ["pushes[0].torque", "1e-09", "at least 1e-06 N m"]),
+    "torque beyond all": (PUSH + "torque = [0, 0, 1e9]\n", ["pushes[0].torque[2]", "1000000000.0", "<= 100000"]),
+    "flat torque": (PUSH + "torque = [0, 3]\n", ["pushes[0].torque", "3 entries"]),
     "one table of pushes": ("[pushes]\nstart = 3.0\n", ["pushes", "list"]),
     "no table": ("timing = 3\n", ["timing", "3", "table"]),
     "nameless robot": ('robot = ""\n', ["robot", "''", "not empty"]),

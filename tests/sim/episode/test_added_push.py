@@ -18,14 +18,16 @@ from sim.envs.dm_env import make_environment
 from sim.episode.build import make_controller
 from sim.episode.episode import Episode, EpisodeResult, run_episode
 from sim.episode.plant import make_plant
+from sim.episode.push_record import TorqueRecord
 from sim.episode.run_folder import SCENARIO, write_records
 
 LATER = {"start": 1.9, "direction": 200.0, "delta_v": 0.1}
 # When the pushes are added [tick], and what.
 ADDED = {
     151: Push(start=0.0, direction=90.0, delta_v=0.2),
-    502: Push(start=99.0, vector=(1.0, 0.5, 0.0), impulse=1.5, shape="half_sine", duration=0.0803, body="pelvis"),
+    502: Push(start=99.0, vector=(1.0, 0.5, 0.0), impulse=1.5, shape="half_sine", duration=0.0803),
 }
+TWIST = Push(start=0.0, torque=(0.2, 0.0, -0.8), duration=0.3)
 
 
 def scenario(world: str, *, pushes: tuple[dict[str, object], ...] = (LATER,)) -> Scenario:
@@ -58,15 +60,20 @@ def assert_same(one: EpisodeResult, other: EpisodeResult) -> None:
 
 @pytest.mark.parametrize("world", ["humanoid", "pendulum"])
 def test_saved_scenario_replays_the_episode(world: str, tmp_path: Path) -> None:
-    added = {tick: push.model_copy(update={"body": "trunk"}) for tick, push in ADDED.items()}
-    result = run_episode(scenario(world), on_tick=by_hand(added))
+    # While another push acts, and before one that is to begin later.
+    third = (
+        TWIST if world == "humanoid" else TWIST.model_copy(update={"torque": None, "direction": 9.0, "impulse": 0.4})
+    )
+    result = run_episode(scenario(world), on_tick=by_hand(ADDED | {515: third}))
     pushes = result.scenario.pushes
-    assert [push.start for push in pushes] == [0.302, 1.004, 1.9]
-    assert [push.start for push in result.pushes] == [0.302, 1.004, 1.9]
+    assert [push.start for push in pushes] == [0.302, 1.004, 1.03, 1.9]
+    assert [push.start for push in result.pushes] == [0.302, 1.004, 1.03, 1.9]
     for record, push in zip(result.pushes, pushes, strict=True):
         assert record.reached
-        asked = np.linalg.norm(push.impulse_vector(result.robot.mass))
-        assert record.delivered_impulse == pytest.approx(asked, rel=1e-9)
+        asked, given = np.linalg.norm(push.asked(result.robot.mass)), record.delivered_impulse
+        if isinstance(record, TorqueRecord):
+            given = record.delivered_angular_impulse
+        assert given == pytest.approx(asked, rel=1e-9)
     write_records(tmp_path, result)
     again = load(tmp_path / SCENARIO)
     assert again == result.scenario
@@ -123,7 +130,7 @@ def test_next_episode_of_an_environment_is_not_pushed() -> None:
     action = np.zeros(environment.action_spec().shape)
     environment.reset()
     environment.step(action)
-    environment.task.episode.add_push(ADDED[502].model_copy(update={"body": "trunk"}))
+    environment.task.episode.add_push(ADDED[502])
     assert len(environment.task.episode.scenario.pushes) == 2
     environment.reset()
     assert len(environment.task.episode.scenario.pushes) == 1

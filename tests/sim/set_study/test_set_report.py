@@ -141,6 +141,15 @@ def test_an_lqr_gain_has_a_bounded_set_with_areas() -> None:
     assert report["pushes"] == []
 
 
+def test_torques_are_counted_and_left_out() -> None:
+    given = load("push_and_twist").as_dict() | {"stepping": {"max_steps": 1}}
+    report = set_report(Scenario.model_validate(given))
+    assert [push["start"] for push in report["pushes"]] == [3.1]
+    console = Console(file=io.StringIO(), width=200)
+    print_sections(set_sections(report), console)
+    assert "1 torque is left out: a torque changes no velocity" in console.file.getvalue()  # type: ignore[attr-defined]
+
+
 def test_tables_say_what_the_report_says(report: dict) -> None:
     console = Console(file=io.StringIO(), width=200)
     print_sections(set_sections(report), console)
