@@ -82,9 +82,8 @@ def _acting(playback: Playback) -> dict[int, dict[int, tuple[Array, Array]]]:
 
 def _words(playback: Playback, moment: Moment) -> str:
     words = moment.words
-    for push in reversed(playback.pushes):
-        if push.start <= moment.time <= push.end + _SHOWN_AFTER:
-            words += f"  push {push.number}: {push.words}"
+    for push in playback.recent(moment.time, _SHOWN_AFTER):
+        words += f"  push {push.number}: {push.words}"
     fell = playback.outcome.time_of_fall
     return words + ("  fell" if fell is not None and moment.time >= fell else "")
 

@@ -150,9 +150,10 @@ class Overlay:
         if push.is_torque:
             self._turn(*arc(point, value, play.weight), colour)
         else:
-            self._arrow(*arrow(point, value, play.weight), colour)
+            self._arrow(arrow(point, value, play.weight), colour)
 
-    def _arrow(self, tail: Array, tip: Array, colour: tuple[float, ...]) -> None:
+    def _arrow(self, ends: Array, colour: tuple[float, ...]) -> None:
+        tail, tip = ends
         mark = self._add(Geom.mjGEOM_ARROW, [1, 1, 1], tip, colour)
         mujoco.mjv_connector(mark, Geom.mjGEOM_ARROW, 0.011 * _XRAY, self._near(tail), self._near(tip))
         mark.emission = 0.3
@@ -163,7 +164,7 @@ class Overlay:
             rod = self._add(Geom.mjGEOM_CAPSULE, [1, 1, 1], start, colour)
             mujoco.mjv_connector(rod, Geom.mjGEOM_CAPSULE, 0.006 * _XRAY, self._near(start), self._near(end))
             rod.emission = 0.3
-        self._arrow(*head, colour)
+        self._arrow(head, colour)
 
     def _near(self, point: Array, fraction: float = _XRAY) -> Array:
         return self._eye + fraction * (point - self._eye)

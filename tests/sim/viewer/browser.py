@@ -6,11 +6,12 @@ import base64
 import io
 import itertools
 import json
+import math
 import shutil
 import subprocess
 import time
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -85,10 +86,38 @@ class Page:
         """Click on the button that says this."""
         self.run(f"[...document.querySelectorAll('button')].find(b => b.innerText.trim() === {words!r}).click()")
 
+    def wait_for_picture(self, shows: Callable[[np.ndarray], bool], seconds: float = 90.0) -> np.ndarray:
+        """Wait until what is to be seen shows something."""
+        until = time.monotonic() + seconds
+        while not shows(picture := self.picture()):
+            assert time.monotonic() < until, f"it is not to be seen; the page says {self.text()!r}"
+        return picture
+
     def picture(self) -> np.ndarray:
         """(height, width, 3) what is to be seen."""
         data = base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"])
         return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+
+
+# Hues [deg] from and to, lit and seen through what is half transparent.
+HUES = {
+    "push": (270.0, 310.0),
+    "support": (95.0, 140.0),
+    "cog": (210.0, 225.0),
+    "left leg": (212.0, 235.0),
+    "right leg": (5.0, 30.0),
+}
+
+
+def coloured(picture: np.ndarray, what: str) -> int:
+    """How many pixels of a picture (h, w, 3) have the colour of something."""
+    low, high = HUES[what]
+    pixels = picture[:, :, :3].astype(float).reshape(-1, 3)
+    most, least = pixels.max(axis=1), pixels.min(axis=1)
+    vivid = most - least > {"support": 80.0, "cog": 110.0, "push": 50.0}.get(what, 35.0)
+    red, green, blue = pixels[vivid].T
+    hue = np.degrees(np.arctan2(math.sqrt(3.0) * (green - blue), 2.0 * red - green - blue)) % 360.0
+    return int(((hue >= low) & (hue <= high)).sum())
 
 
 @contextmanager
