@@ -138,6 +138,8 @@ class Session:
                 self._paused = not self._paused
                 self.panel.pause(self._paused)
                 self._pace.rest()
+                if self.episode.ticks:
+                    self._draw()
                 self._tell()
             if self._paused or self._over:
                 if self._over and self._left_alone():

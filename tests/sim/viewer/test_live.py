@@ -117,7 +117,7 @@ def test_interrupt_writes_what_was_run_and_restart_forgets_pushes(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with (
-        program("three_pushes", "--world", "pendulum", "--out", "live") as (process, address),
+        program("quiet", "--world", "pendulum", "--set", "duration=300", "--out", "live") as (process, address),
         browser(address, tmp_path / "profile") as page,
     ):
         page.wait("!!document.body?.innerText.includes('Push now')")
@@ -129,8 +129,8 @@ def test_interrupt_writes_what_was_run_and_restart_forgets_pushes(
         assert process.wait(timeout=120) == 0, process.stderr.read()
     saved = load(tmp_path / "live" / run_folder.SCENARIO)
     trace = load_trace(tmp_path / "live" / run_folder.TRACE)
-    assert not any(push.start < 2.9 for push in saved.pushes)
-    assert saved.duration < 10.0
+    assert saved.pushes == ()
+    assert saved.duration < 300.0
     assert trace.time[-1] == pytest.approx(saved.duration - saved.timing.control)
 
 
