@@ -13,9 +13,9 @@ $(READY): pyproject.toml constraints.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev]'
 	@touch $@
 
-# What is optional: Gymnasium, trained policies, other robots.
+# What is optional: Gymnasium, trained policies, other robots, 3-D in a browser.
 extras: install
-	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev,gym,onnx,robots]'
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev,gym,onnx,robots,view]'
 
 demo: install
 	$(BIN)/okiagari run three_pushes --world pendulum --out out/demo/pendulum --overwrite

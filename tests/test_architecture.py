@@ -30,7 +30,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("sim.record",),
     ("sim.episode",),
     ("sim.envs", "sim.viz", "sim.results"),
-    ("sim.analysis", "sim.sweep", "sim.set_study", "sim.policy_check"),
+    ("sim.analysis", "sim.sweep", "sim.set_study", "sim.policy_check", "sim.viewer"),
     ("sim.presenter",),
     ("sim.report",),
     ("sim.cli",),

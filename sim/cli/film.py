@@ -1,11 +1,11 @@
-"""The command line of films: render, and hardest of a sweep."""
+"""The command line of films: render, and hardest of a sweep; and pages in 3-D, for replay."""
 
 from __future__ import annotations
 
 import os
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,6 +14,9 @@ from sim.cli.numbers import not_negative, number
 from sim.cli.report import tell_unfinished
 from sim.cli.terminal import progress_bar
 from sim.episode import run_folder
+
+if TYPE_CHECKING:
+    from sim.record.trace import Trace
 
 # What takes long to import (pictures) is imported by the command that needs it.
 
@@ -115,3 +118,41 @@ def _span(begin: float | None, end: float | None, last: float) -> tuple[float, f
     if until <= first:
         raise InputError(f"--to: {until:g} s must be after --from, {first:g} s")
     return first, min(until, last)
+
+
+def write_page(folder: Path, out: Path | None, *, overwrite: bool) -> Path:
+    """Write the page that plays a run in 3-D.
+
+    Args:
+        folder: of the run.
+        out: file to write; None for that of its folder.
+        overwrite: whether one that is there may be replaced.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputError: if the folder is no run's, viser is not installed, or the file is there or cannot be written.
+    """
+    from sim.record.trace import load_trace
+    from sim.results.out_file import check_file, write_file
+    from sim.viewer.server import check_viser
+
+    check_viser()
+    path = folder / run_folder.PAGE if out is None else out
+    if not os.path.isfile(folder / run_folder.TRACE):
+        raise InputError(f"{str(folder)!r} is not the folder of a run; of a sweep, give the name of an episode, too")
+    trace = load_trace(folder / run_folder.TRACE)
+    check_file(path, "--out")
+    if path.exists() and not overwrite:
+        raise InputError(f"--out: {str(path)!r} is there already; choose another file or pass --overwrite")
+    write_file(page_of(trace), path, "--out")
+    return path
+
+
+def page_of(trace: Trace) -> bytes:
+    """The page that plays a trace in 3-D; shows how far it is."""
+    from sim.viewer.page import replay_page
+
+    with progress_bar("drawing", 1.0) as progress:
+        return replay_page(trace, progress=progress).encode()

@@ -15,7 +15,7 @@ from scenarios.catalogue import find
 from scenarios.push import Push
 from scenarios.schema import Scenario, World
 from sim.cli.film import why_no_video
-from sim.cli.numbers import whole
+from sim.cli.numbers import positive, whole
 from sim.cli.scenario_option import named, open_scenario
 from sim.cli.terminal import progress_bar
 from sim.episode import run_folder
@@ -23,8 +23,12 @@ from sim.episode.push_record import PushRecord, next_after
 
 if TYPE_CHECKING:
     from sim.episode.episode import EpisodeResult
+    from sim.viewer.live import Watched
 
 # What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
+
+PORT, MOST = 8080, 65535
+"""Where the browser finds the live view unless told otherwise, and the last port there is."""
 
 
 def register(app: typer.Typer) -> None:
@@ -37,6 +41,8 @@ def register(app: typer.Typer) -> None:
     okiagari run my_scenario.toml --controller statue --seed 3 --no-video
 
     okiagari run push_left --set stepping.max_steps=2 --set duration=8
+
+    okiagari run quiet --view --set duration=120
     """
     )(run)
 
@@ -65,6 +71,13 @@ def run(
     video: Annotated[
         bool | None, typer.Option("--video/--no-video", help="Film it.", show_default="video if this machine can")
     ] = None,
+    view: Annotated[
+        bool, typer.Option("--view", help="First live in a browser, in 3-D, where it can be pushed by hand.")
+    ] = False,
+    port: Annotated[
+        int | None,
+        typer.Option(parser=positive, metavar="N", help="Of this machine, for the browser.", show_default="8080"),
+    ] = None,
 ) -> None:
     """Run a scenario and write its folder. Options left out are as the scenario says."""
     asked = {
@@ -73,6 +86,13 @@ def run(
         "whole_body": named(LAYERS, "--whole-body", whole_body),
         "seed": seed,
     }
+    if port is not None and (not view or port > MOST):
+        raise InputError(f"--port: {port} " + (f"must be at most {MOST}" if view else "is of no use without --view"))
+    if view:
+        from sim.viewer.server import check_free, check_viser
+
+        check_viser()
+        check_free(port or PORT)
     overrides = {name: value for name, value in asked.items() if value is not None}
     chosen = open_scenario(scenario, overrides, assignments or ())
     name = Path(scenario).stem
@@ -83,7 +103,7 @@ def run(
     claim = run_folder.claimed_free(place) if out is None else run_folder.claimed_at(out, overwrite=overwrite)
     with claim as (folder, stage):
         try:
-            result = _write(chosen, stage, film=video is not False and note is None)
+            result = _write(chosen, stage, film=video is not False and note is None, view=view, port=port or PORT)
         except InputError as error:
             raise InputError(f"{find(scenario)}: {error}") from error
     _report(name, result, folder)
@@ -91,13 +111,21 @@ def run(
         print(f"okiagari: {note}", file=sys.stderr)
 
 
-def _write(scenario: Scenario, stage: Path, *, film: bool) -> EpisodeResult:
-    """Run, and write all files."""
+def _write(scenario: Scenario, stage: Path, *, film: bool, view: bool, port: int) -> EpisodeResult:
+    """Run, and write all files; what was viewed is run again, without the view."""
     from sim.episode.episode import run_episode
     from sim.viz.figures import draw_episode
 
+    watched = _watch(scenario, port) if view else None
+    scenario = watched.scenario if watched else scenario
     with progress_bar("simulating", scenario.duration) as progress:
         result = run_episode(scenario, progress=progress)
+    if watched is not None and (since := watched.differs(result.trace)) is not None:
+        print(
+            f"okiagari: from {since:g} s on the run written is not what was seen: its controller or layer does not "
+            "answer alike twice",
+            file=sys.stderr,
+        )
     run_folder.write_records(stage, result)
     draw_episode(result, stage / run_folder.FIGURE)
     if film:
@@ -106,6 +134,16 @@ def _write(scenario: Scenario, stage: Path, *, film: bool) -> EpisodeResult:
         with progress_bar("filming", 1.0) as progress:
             render_episode(result.trace, stage / run_folder.VIDEO, progress=progress)
     return result
+
+
+def _watch(scenario: Scenario, port: int) -> Watched:
+    """Show the episode in a browser until somebody ends it."""
+    from sim.viewer.live import watch
+
+    def announce(address: str) -> None:
+        print(f"open {address} in a browser; it begins then. Ctrl-C here ends it and writes the run", file=sys.stderr)
+
+    return watch(scenario, port=port, announce=announce)
 
 
 def _report(name: str, result: EpisodeResult, folder: Path) -> None:

@@ -18,9 +18,10 @@ from scenarios.schema import World
 from scenarios.suite import MANY
 from scenarios.suite_catalogue import LoadedSuite, in_world, load_suite, shipped, with_controllers
 from scenarios.variants import CHANGEABLE, DECIDED
-from sim.cli.film import why_no_video
+from sim.cli.film import page_of, why_no_video, write_page
 from sim.cli.numbers import positive
 from sim.cli.scenario_option import assigned, named
+from sim.episode import run_folder
 
 # What takes long to import (physics, solvers, pictures) is imported by the command that needs it.
 
@@ -45,7 +46,14 @@ def register(app: typer.Typer) -> None:
     okiagari sweep trunk_push --cluster tcp://127.0.0.1:8786
     """
     )(sweep)
-    app.command(epilog="Example: okiagari replay out/sweep-smoke 3f2a9c --video")(replay)
+    app.command(
+        epilog="""Examples:
+
+    okiagari replay out/sweep-smoke 3f2a9c --video
+
+    okiagari replay out/three_pushes-humanoid --html
+    """
+    )(replay)
 
 
 def sweep(
@@ -144,42 +152,70 @@ def run_suite(
 
 
 def replay(
-    folder: Annotated[Path, typer.Argument(help="Folder of a sweep.")],
-    episode: Annotated[str, typer.Argument(help="Name of an episode, or enough of its beginning.")],
-    video: Annotated[bool, typer.Option("--video", help="Write its run's folder, with figure and video.")] = False,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder to write, new or empty.", show_default="DIR/replays/EPISODE")
+    folder: Annotated[Path, typer.Argument(help="Folder of a sweep; with --html, of a run, too.")],
+    episode: Annotated[
+        str | None,
+        typer.Argument(help="Of a sweep: name of an episode, or enough of its beginning.", show_default=False),
     ] = None,
+    video: Annotated[bool, typer.Option("--video", help="Write its run's folder, with figure and video.")] = False,
+    html: Annotated[
+        bool, typer.Option("--html", help="Write a page that plays it in 3-D; of a sweep, into its run's folder.")
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder to write, new or empty; of a run, the page.",
+            show_default=f"DIR/replays/EPISODE, DIR/{run_folder.PAGE}",
+        ),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace what --out or the page's name holds.")
+    ] = False,
 ) -> None:
-    """Run one episode of a sweep again and confirm that every bit comes back; exit code 1 if not."""
-    from sim.episode import run_folder
+    """Run one episode of a sweep again and confirm that every bit comes back; exit code 1 if not.
+
+    With --html, and of a run's folder without running it again: one file that plays it in 3-D in a browser.
+    """
+    if episode is None:
+        if not html or video:
+            raise InputError("EPISODE: give the name of a sweep's episode; only --html alone plays a run's own folder")
+        print(write_page(folder, out, overwrite=overwrite))
+        return
     from sim.record.places import check_writable
     from sim.sweep import replay as again
 
     row = again.find_row(folder, episode)
     name = row["episode"]
     target = out if out is not None else folder / "replays" / name
-    if video or out is not None:
-        run_folder.check_target(target, overwrite=out is None)
+    overwrite = overwrite or out is None
+    writes = video or html or out is not None
+    if writes:
+        run_folder.check_target(target, overwrite=overwrite)
         check_writable(target / run_folder.OUTCOME, "--out")
     if video:
         note = why_no_video()
         if note:
             raise InputError(f"--video: {note}")
+    if html:
+        from sim.viewer.server import check_viser
+
+        check_viser()
     if again.crashed(row):
         print(row["traceback"])
     result = again.replay(folder, name)
-    if video or out is not None:
+    if writes:
         from sim.viz.figures import draw_episode
 
-        with run_folder.claimed(target, overwrite=out is None) as stage:
+        with run_folder.claimed(target, overwrite=overwrite) as stage:
             run_folder.write_records(stage, result.result)
             draw_episode(result.result, stage / run_folder.FIGURE)
             if video:
                 from sim.viz.video import render_episode
 
                 render_episode(result.result.trace, stage / run_folder.VIDEO)
-        print(target / (run_folder.VIDEO if video else run_folder.OUTCOME))
+            if html:
+                (stage / run_folder.PAGE).write_bytes(page_of(result.result.trace))
+        print(target / (run_folder.PAGE if html else run_folder.VIDEO if video else run_folder.OUTCOME))
     print(f"{name} {result.words()}")
     if not result.identical:
         raise typer.Exit(1)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from controllers.interface import BalanceController, JointController, Observation, WholeBodyLayer
 from controllers.registry import CONTROLLERS
@@ -78,6 +81,7 @@ class Episode:
         controller: BalanceController | JointController | None = None,
         *,
         polygons: bool = False,
+        goes_on: bool = False,
         on_tick: Callable[[Episode], None] | None = None,
     ) -> None:
         """Stand ready for the first tick.
@@ -87,11 +91,12 @@ class Episode:
             plant: its world, at the start.
             controller: who answers; None if the actions come from outside.
             polygons: whether to work out the sets' outlines for the figure.
+            goes_on: whether only a fall ends it before its time, for somebody may push a robot that rests.
             on_tick: called after each tick.
         """
         self.scenario, self.plant, self.controller, self.robot = scenario, plant, controller, plant.robot
         self.ticks = 0
-        self._on_tick = on_tick
+        self._goes_on, self._on_tick = goes_on, on_tick
         self._sensors = SensorModel(scenario)
         self._recording = Recording(scenario, plant, controller, polygons=polygons)
         choice = scenario.controller
@@ -119,6 +124,21 @@ class Episode:
         """Whether the robot has fallen, as it is now."""
         condition, height = self.plant.condition(), float(self.plant.observe().cog[2])
         return any(falls(condition.trunk_tilt, height / self.robot.cog_height, condition.other_contact).values())
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the columns of `row`."""
+        return self._recording.channels
+
+    @property
+    def row(self) -> NDArray[np.float64]:
+        """(c,) what the trace holds of the latest tick, but for the columns of single pushes and of the motors."""
+        return self._recording.row
+
+    @property
+    def acting(self) -> Mapping[int, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """The pushes that acted in the latest tick: index -> (3,) mean force [N] or torque [N m], (3,) where [m]."""
+        return self._recording.acting
 
     def add_push(self, push: Push) -> Push:
         """Push now, be it from `on_tick` or between two ticks.
@@ -175,7 +195,7 @@ class Episode:
         self.ticks += 1
         over = self._recording.see(self.truth, self._condition, action)
         # Somebody else's physics goes on, whatever the record says of it.
-        if over and self.controller is not None:
+        if over and self.controller is not None and not (self._goes_on and not self.fell):
             self._ended = time.perf_counter()
             return False
         self.plant.give(self.ticks - 1, self.seen, action)

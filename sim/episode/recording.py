@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from dataclasses import asdict
 from operator import sub
 from typing import Any
@@ -89,6 +90,7 @@ class Recording:
         self._ended: dict[int, dict[str, Any]] = {}
         self._support: tuple[list[float], SupportPolygon] | None = None
         self._row = np.empty(0)
+        self._acting: dict[int, tuple[Array, Array]] = {}
         self._closed = 0
         self._steps = StepCount()
         # Asking a protocol takes 40 us.
@@ -102,13 +104,28 @@ class Recording:
         """Outlines of the sets at the end of each push that left the regulator's set, and of those that end last."""
         return self._polygons + self._last_polygons
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the columns of a row."""
+        return tuple(self._recorder.index)
+
+    @property
+    def row(self) -> Array:
+        """(c,) the latest row, as it is now."""
+        return self._row.copy()
+
+    @property
+    def acting(self) -> Mapping[int, tuple[Array, Array]]:
+        """The pushes that acted in the latest tick: index -> (3,) mean force [N] or torque [N m], (3,) where [m]."""
+        return self._acting
+
     def see(self, observation: Observation, condition: Condition, action: Action) -> bool:
         """Write the state and the action of this tick; True if the episode may end here.
 
         Joint targets say neither a ZMP, nor which foot is to stand: what stands is then what the floor carries.
         """
         at, row = self._at, self._recorder.row()
-        self._row = row
+        self._row, self._acting = row, {}
         row[at.push : at.push + 3] = 0.0
         x = observation.balance_state()
         row[at.time] = observation.time
@@ -152,6 +169,7 @@ class Recording:
         for index, impulse in plant.impulse_log.take().items():
             mean, point = impulse / self.period, plant.push_point(index)
             self._pushes.add(self._closed, index, mean, point)
+            self._acting[index] = mean, point
             if self._scenario.pushes[index].torque is None:
                 forces.append(mean)
                 points.append(point)

@@ -30,9 +30,10 @@ OUTCOME = "outcome.json"
 DECISIONS = "decisions.json"
 FIGURE = "figure.png"
 VIDEO = "video.mp4"
+PAGE = "replay.html"
 LOCK = ".lock"
 """Held while a run is being written, and let go by the system however it ends."""
-FILES = (SCENARIO, TRACE, OUTCOME, DECISIONS, FIGURE, VIDEO)
+FILES = (SCENARIO, TRACE, OUTCOME, DECISIONS, FIGURE, VIDEO, PAGE)
 
 
 class TargetTakenError(InputError):

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from models.arena import SIDES
 from sim.record.palette import COG, DCM, PUSH, SUPPORT, ZMP, rgb
 from sim.viz.playback import Playback, PushMark
+from sim.viz.push_shapes import FADE, arc, arrow
 
 Array = NDArray[np.float64]
 Geom = mujoco.mjtGeom
@@ -21,13 +22,6 @@ Geom = mujoco.mjtGeom
 # is the same place and size, but no part of the robot can hide them.
 _XRAY = 0.4
 _XRAY_SUPPORT = 0.41  # the polygon lies just behind the other marks
-_FADE = 0.3  # [s] that the arrow of a push stays after it: pushes are shorter than an eye needs
-_ARROW_PER_WEIGHT = 0.4  # [m] of arrow for a force of one body weight
-_LEAST_ARROW = 0.16  # [m], so that its tail is out of the trunk
-_ARC = np.linspace(0.0, 1.5 * math.pi, 25)  # [rad] of a torque's
-_ARC_PER_ARM = 2.0  # radius of the arc of a torque, by its lever under one body weight
-_ARCS = (0.09, 0.2)  # [m] the smallest and the largest radius
-_ARC_HEAD = 0.07  # [m]
 _PUSHES_DRAWN = 16  # at once, the latest ones: a scene holds so many marks and no more
 _PAINT = 0.0006  # [m] above the floor
 _GRID, _GRID_REACH = 0.1, 15  # [m] between lines for a robot of size 1, and how many there are to each side
@@ -140,7 +134,7 @@ class Overlay:
         self._circle(play.zmp_command[tick], 0.014, _rgba(ZMP))
 
     def _push(self, tick: int) -> None:
-        for push in self._playback.recent(self._playback.time[tick], _FADE)[-_PUSHES_DRAWN:]:
+        for push in self._playback.recent(self._playback.time[tick], FADE)[-_PUSHES_DRAWN:]:
             self._one_push(push, tick)
 
     def _one_push(self, push: PushMark, tick: int) -> None:
@@ -152,36 +146,29 @@ class Overlay:
             return
         # Afterwards its largest force is what should be remembered, not the last of a half sine.
         pushed = tick if tick in rows and sizes[-1] > 0.0 else int(rows[sizes.argmax()])
-        value, size = values[pushed], float(np.linalg.norm(values[pushed]))
-        colour = _rgba(PUSH, 1.0 - max(0.0, (play.time[tick] - push.end) / _FADE))
+        value = values[pushed]
+        colour = _rgba(PUSH, 1.0 - max(0.0, (play.time[tick] - push.end) / FADE))
         point = points[pushed] + play.cog[tick] - play.cog[pushed]
         if push.is_torque:
-            self._turn(point, value / size, size / play.weight, colour)
+            self._turn(*arc(point, value, play.weight, self._size), colour)
         else:
-            length = size * _ARROW_PER_WEIGHT * self._size / play.weight
-            self._arrow(point - value / size * max(length, _LEAST_ARROW * self._size), point, colour)
+            self._arrow(arrow(point, value, play.weight, self._size), colour)
 
-    def _arrow(self, tail: Array, tip: Array, colour: tuple[float, ...]) -> None:
-        arrow = self._add(Geom.mjGEOM_ARROW, [1, 1, 1], tip, colour)
-        mujoco.mjv_connector(arrow, Geom.mjGEOM_ARROW, 0.011 * _XRAY * self._size, self._near(tail), self._near(tip))
-        arrow.emission = 0.3
-        arrow.size[2] *= 2.0  # MuJoCo draws an arrow half as long as its connector says
+    def _arrow(self, ends: Array, colour: tuple[float, ...]) -> None:
+        tail, tip = ends
+        mark = self._add(Geom.mjGEOM_ARROW, [1, 1, 1], tip, colour)
+        mujoco.mjv_connector(mark, Geom.mjGEOM_ARROW, 0.011 * _XRAY * self._size, self._near(tail), self._near(tip))
+        mark.emission = 0.3
+        mark.size[2] *= 2.0  # MuJoCo draws an arrow half as long as its connector says
 
-    def _turn(self, centre: Array, axis: Array, arm: float, colour: tuple[float, ...]) -> None:
-        """An arc around an axis (3,), with an arrow the way a torque of `arm` [m] times the weight turns about it."""
-        radius = min(max(arm * _ARC_PER_ARM, _ARCS[0] * self._size), _ARCS[1] * self._size)
-        first = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-        first /= np.linalg.norm(first)
-        second = np.cross(axis, first)
-        around = [centre + radius * (math.cos(a) * first + math.sin(a) * second) for a in _ARC]
+    def _turn(self, around: Array, head: Array, colour: tuple[float, ...]) -> None:
         for start, end in pairwise(around):
             rod = self._add(Geom.mjGEOM_CAPSULE, [1, 1, 1], start, colour)
             mujoco.mjv_connector(
                 rod, Geom.mjGEOM_CAPSULE, 0.006 * _XRAY * self._size, self._near(start), self._near(end)
             )
             rod.emission = 0.3
-        head = _ARC_HEAD * self._size * (second * math.cos(_ARC[-1]) - first * math.sin(_ARC[-1]))
-        self._arrow(around[-1], around[-1] + head, colour)
+        self._arrow(head, colour)
 
     def _near(self, point: Array, fraction: float = _XRAY) -> Array:
         return self._eye + fraction * (point - self._eye)

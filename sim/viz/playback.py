@@ -18,8 +18,8 @@ from sim.record.trace import Trace
 
 Array = NDArray[np.float64]
 
-# A sole that carries less than this fraction of the weight is being put down or lifted, not a support.
-_LOADED = 0.01
+LOADED = 0.01
+"""A sole that carries less than this fraction of the weight is being put down or lifted, not a support."""
 # Times are sums of decimal fractions.
 _ROUNDING = 1e-9
 
@@ -78,7 +78,7 @@ class Playback:
         self.pushes = tuple(self._marks())
         self.soles = {side: np.array(robot["sole_vertices"][side], dtype=np.float64) for side in SIDES}
         self.feet = {side: _columns(trace, side + "_{}", ("x", "y", "z", "yaw")) for side in SIDES}
-        self.supporting = {side: trace[f"{side}_force"] > _LOADED * self.weight for side in SIDES}
+        self.supporting = {side: trace[f"{side}_force"] > LOADED * self.weight for side in SIDES}
 
     @cached_property
     def outcome(self) -> Outcome:

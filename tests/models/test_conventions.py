@@ -31,7 +31,10 @@ WRONG = {
     "feet that touch": (feet_apart(0.036), "the soles touch or overlap: the left one is 0.072 m to the left"),
     "feet that graze": (feet_apart(0.037), "they are 0.072 m wide, and need 0.004 m to pass each other"),
     "crossed legs": (feet_apart(-0.042), "the soles touch or overlap: the left one is -0.084 m to the left"),
-    "soles turned": (replaced((SOLE, f'{SOLE} euler="0 0 1.5708"')), "the geom and the site 'left_sole' are not turned alike"),
+    "soles turned": (
+        replaced((SOLE, f'{SOLE} euler="0 0 1.5708"')),
+        "the geom and the site 'left_sole' are not turned alike",
+    ),
     "slivers": (replaced((SOLE, 'type="box" size="0.0495 0.0001 0.006"')), "left sole is 0.099 x 0.0002 m, too thin"),
     "capsules": (replaced((SOLE, 'type="capsule" size="0.01 0.036"')), "the geom 'left_sole' is no box"),
     "one long foot": (TEXT.replace(SOLE, 'type="box" size="0.06 0.036 0.006"', 1), "the soles differ, [0.06, 0.036]"),
