@@ -7,9 +7,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator
 
 from controllers import gains
-from controllers.fields import NotNegative, Strict
+from controllers.fields import NotNegative, Strict, snap
 from controllers.gains import Gain
 from controllers.pendulum import Pendulum
+from models.robot import Robot
 
 
 class DcmGain(Strict):
@@ -91,6 +92,9 @@ GainOptions = Annotated[
 ]
 
 
+STEP_TIMES = (0.12, 0.15, 0.18)
+"""Durations of a step for legs that swing as those of `utmu2` [s]."""
+_DIGITS = 9
 _StepTime = Annotated[float, Field(gt=0, le=1)]
 _Length = Annotated[float, Field(ge=1e-3, le=10)]
 
@@ -101,7 +105,8 @@ class Stepping(Strict):
     Attributes:
         rule: "sets" decides by the N-step MOA sets, "polygon" by the capture point and the feet's hull alone.
         step_times: durations of a step to choose among [s], whole control periods, at most ten of at most 1 s, over
-            which the DCM of a robot of this size grows 400-fold; "polygon" takes the first.
+            which the DCM of a robot of this size grows 400-fold; "polygon" takes the first. None for 0.12, 0.15 and
+            0.18 s, times the `swing` of the robot's scale.
         max_steps: most steps that the sets look ahead; 1 also means that no step follows another at once.
         zmp_margin: distance that the ZMP keeps from the edges of the stance sole [m], below half its width.
         zmp_error: largest error of the realised ZMP along each axis [m] that all sets withstand.
@@ -113,7 +118,7 @@ class Stepping(Strict):
     """
 
     rule: Literal["sets", "polygon"] = "sets"
-    step_times: Annotated[tuple[_StepTime, ...], Field(strict=False, min_length=1, max_length=10)] = (0.12, 0.15, 0.18)
+    step_times: Annotated[tuple[_StepTime, ...], Field(strict=False, min_length=1, max_length=10)] | None = None
     max_steps: int = Field(default=8, ge=1, le=20)
     zmp_margin: NotNegative = 0.008
     zmp_error: NotNegative = 0.0
@@ -122,3 +127,15 @@ class Stepping(Strict):
     replan: bool = True
     early_trigger: float = Field(default=0.1, ge=0, le=1)
     angular_momentum: bool = True
+
+    def times(self, robot: Robot, dt: float) -> tuple[float, ...]:
+        """Durations of a step to choose among [s]: those asked for, or what the robot's legs are good for.
+
+        Args:
+            robot: whose legs.
+            dt: control period [s]; what is not asked for is made a whole multiple of it.
+        """
+        if self.step_times is not None:
+            return self.step_times
+        ticks = (max(1, round(snap(time * robot.scale.swing / dt))) for time in STEP_TIMES)
+        return tuple(dict.fromkeys(round(tick * dt, _DIGITS) for tick in ticks))

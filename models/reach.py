@@ -51,3 +51,24 @@ def straight_leg(model: mujoco.MjModel, hip: int, foot: int, hinges: Sequence[in
             break
         longest = now
     return float(np.round(math.sqrt(max(longest, now)), _DIGITS))
+
+
+def swinging_hinges(model: mujoco.MjModel, data: mujoco.MjData, hinges: Sequence[int], sole: str) -> list[int]:
+    """Those hinges of a leg that carry its sole far: its lever about them is at least half of the longest.
+
+    Args:
+        model, data: of the robot in its stand, after `mj_forward`.
+        hinges: of one leg.
+        sole: its site.
+    """
+    place = data.site(sole).xpos
+    levers = [float(np.linalg.norm(np.cross(data.xaxis[j], place - data.xanchor[j]))) for j in hinges]
+    return [j for j, lever in zip(hinges, levers, strict=True) if lever >= 0.5 * max(levers)]
+
+
+def inertia_about(model: mujoco.MjModel, data: mujoco.MjData, hinge: int) -> float:
+    """Of all that hangs on a hinge, in the present pose, with the rotor [kg m^2]."""
+    full = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, full)
+    dof = int(model.jnt_dofadr[hinge])
+    return float(full[dof, dof])

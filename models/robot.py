@@ -23,7 +23,8 @@ from models.conventions import STAND as STAND
 from models.conventions import check_conventions, leg_chain, turn_of
 from models.errors import InputError, one_line
 from models.flat import fingerprint, flat_mjcf
-from models.reach import straight_leg
+from models.reach import inertia_about, straight_leg, swinging_hinges
+from models.scale import Scale, scale_of
 
 Array = NDArray[np.float64]
 
@@ -61,6 +62,9 @@ class Robot:
         sole_stance: side -> (x, y, yaw) of the sole's site in `stand` [m, m, rad].
         body_names: every body that a push can act on.
         leg_length: from hip to sole with a straight leg [m].
+        swing_time: sqrt(I / tau) of the hinge that swings the leg the slowest, with the leg's inertia I about it and
+            the stall torque tau of its motor [s].
+        swing_speed: of the foot, with the leg swung by the slowest of these hinges at its no-load speed [m/s].
         hip_reach: how far the ankle gets from under the hip, horizontally, with the hip at its standing height [m].
     """
 
@@ -85,12 +89,25 @@ class Robot:
     sole_stance: Mapping[Side, tuple[float, float, float]]
     body_names: tuple[str, ...]
     leg_length: float
+    swing_time: float
+    swing_speed: float
     hip_reach: float
 
     @property
     def omega(self) -> float:
         """Natural frequency of the COG-ZMP pendulum, (3) with a constant height [1/s]."""
         return math.sqrt(self.gravity / self.cog_height)
+
+    @property
+    def scale(self) -> Scale:
+        """How it compares to the robot that the controllers' numbers were found for."""
+        return scale_of(
+            leg_length=self.leg_length,
+            cog_height=self.cog_height,
+            gravity=self.gravity,
+            mass=self.mass,
+            swing_time=self.swing_time,
+        )
 
     @property
     def stance_width(self) -> float:
@@ -189,7 +206,10 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
     motor = model.actuator_gainprm
     by_joint = [model.actuator_trnid[:, 0].tolist().index(model.joint(name).id) for name in joints]
     resistance, constant, volts = motor[by_joint, 0], motor[by_joint, 1], motor[by_joint, 7]
+    torque = np.minimum(constant * volts / resistance, model.actuator_forcerange[by_joint, 1])
+    speed = volts / constant
     leg_length, hip_height = _leg(model, data)
+    swinging = swinging_hinges(model, data, _hinges(model, "left"), "left_sole")
     legs = {body for side in SIDES for body in leg_chain(model, side)}
     bent = hip_height - _ankle_height(model, data)
     straight = leg_length - _ankle_height(model, data)
@@ -204,8 +224,8 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
         joint_names=tuple(joints),
         leg_joints=frozenset(joints[i - 1] for i in range(1, model.njnt) if model.jnt_bodyid[i] in legs),
         joint_range=_frozen(model.jnt_range[1:]),
-        stall_torque=_frozen(np.minimum(constant * volts / resistance, model.actuator_forcerange[by_joint, 1])),
-        no_load_speed=_frozen(volts / constant),
+        stall_torque=_frozen(torque),
+        no_load_speed=_frozen(speed),
         servo_stiffness=_frozen(motor[by_joint, 4]),
         servo_damping=_frozen(motor[by_joint, 6]),
         joint_damping=_frozen(model.dof_damping[6:]),
@@ -215,6 +235,8 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
         sole_stance=MappingProxyType({side: _stance(data, side) for side in SIDES}),
         body_names=tuple(model.body(i).name for i in range(1, model.nbody)),
         leg_length=leg_length,
+        swing_time=max(math.sqrt(inertia_about(model, data, j) / torque[j - 1]) for j in swinging),
+        swing_speed=leg_length * min(float(speed[j - 1]) for j in swinging),
         hip_reach=math.sqrt(max(straight**2 - bent**2, 0.0)),
     )
 
@@ -231,10 +253,15 @@ def _stance(data: mujoco.MjData, side: str) -> tuple[float, float, float]:
     return float(site.xpos[0]), float(site.xpos[1]), float(math.atan2(site.xmat[3], site.xmat[0]))
 
 
+def _hinges(model: mujoco.MjModel, side: Side) -> list[int]:
+    """Those of a leg, from the hip down."""
+    chain = leg_chain(model, side)
+    return [j for j in range(1, model.njnt) if model.jnt_bodyid[j] in chain]
+
+
 def _leg(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[float, float]:
     """Length of a straight leg down to the sole, and the hip's height now [m]."""
-    chain, site = leg_chain(model, "left"), model.site("left_sole")
-    hinges = [j for j in range(1, model.njnt) if model.jnt_bodyid[j] in chain]
+    chain, site, hinges = leg_chain(model, "left"), model.site("left_sole"), _hinges(model, "left")
     hip = next(body for body in reversed(chain) if model.body_jntnum[body])
     sole = float(abs((turn_of(site).T @ site.pos)[2]))
     links = straight_leg(model, hip, chain[0], hinges)

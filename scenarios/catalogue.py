@@ -190,7 +190,7 @@ def _check_gain(scenario: Scenario, robot: Robot, source: str) -> None:
 def _check_steps(scenario: Scenario, robot: Robot, source: str) -> None:
     stepping, control = scenario.stepping, scenario.timing.control
     steps = "stepping" in CONTROLLERS.entry(scenario.controller.name).options.model_fields
-    for time in stepping.step_times if steps else ():
+    for time in (stepping.step_times or ()) if steps else ():
         ticks = time / control
         if abs(ticks - round(ticks)) > WHOLE * max(1.0, ticks) or round(ticks) < 1:
             raise InputError(

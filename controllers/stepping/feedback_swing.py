@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.interface import FootReference
-from controllers.stepping.swing import APEX, LANDING_SPEED, SEARCH_SPEED, SwingFoot
+from controllers.stepping.swing import APEX, SwingFoot
 
 Array = NDArray[np.float64]
 
@@ -29,9 +29,11 @@ MOST_ACCELERATION = 60.0
 class FeedbackSwing(SwingFoot):
     """Motion of a sole from where it is seen to a foothold that may move while it flies."""
 
-    def __init__(self, position: Array, yaw: float, duration: float, height: float, dt: float) -> None:
+    def __init__(
+        self, position: Array, yaw: float, duration: float, height: float, dt: float, speed: float = 1.0
+    ) -> None:
         """See `SwingFoot`."""
-        super().__init__(position, yaw, duration, height, dt)
+        super().__init__(position, yaw, duration, height, dt, speed)
         self._last = position.copy()
 
     def see(self, position: Array) -> None:
@@ -48,9 +50,9 @@ class FeedbackSwing(SwingFoot):
         if to_apex > 0.5 * SHORTEST:
             rise = self._toward(2, self._height, 0.0, max(to_apex, SHORTEST))
         elif time_left > 0.5 * self._dt:
-            rise = self._toward(2, 0.0, LANDING_SPEED, landing)
+            rise = self._toward(2, 0.0, self._landing_speed, landing)
         else:
-            rise = (SEARCH_SPEED - self._velocity.item(2)) / SHORTEST
+            rise = (self._search_speed - self._velocity.item(2)) / SHORTEST
         asked = np.array([self._toward(0, x, 0.0, landing), self._toward(1, y, 0.0, landing), rise])
         self._acceleration = asked.clip(-MOST_ACCELERATION, MOST_ACCELERATION)
         self._position = self._position + (self._velocity + 0.5 * self._dt * self._acceleration) * self._dt

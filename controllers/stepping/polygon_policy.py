@@ -29,7 +29,7 @@ class PolygonPolicy:
     def __init__(self, robot: Robot, pendulum: Pendulum, options: Stepping) -> None:
         self._pendulum = pendulum
         self._limits = step_limits(robot, options.max_stride)
-        self._time = options.step_times[0]
+        self._time = options.times(robot, pendulum.dt)[0]
         self._look_ahead = min(LOOK_AHEAD, options.max_steps)
         self._sole = robot.sole_vertices["left"]
         self._inner = SupportPolygon(self._sole).shrunk(options.zmp_margin)

@@ -61,7 +61,7 @@ class SetPolicy:
                 gain_k,
                 tuple(map(tuple, robot.sole_vertices["left"].tolist())),
                 reach,
-                options.step_times,
+                options.times(robot, pendulum.dt),
                 options.max_steps,
                 options.zmp_margin,
                 options.zmp_error,

@@ -16,10 +16,11 @@ from controllers.geometry.support_polygon import SupportPolygon
 from controllers.stepping.contact_state import ContactState
 from controllers.stepping.step_policy import Heading
 from models.robot import Robot, Side, other
+from models.scale import Scale
 
 Array = NDArray[np.float64]
 
-# Feet this far from their natural distance are worth a step [m].
+# All of a robot of scale 1. Feet this far from their natural distance are worth a step [m].
 ASTRAY = 0.02
 # The DCM counts as quiet within this distance of the middle of the feet [m], after so long [s].
 QUIET, QUIET_FOR = 0.012, 0.3
@@ -45,6 +46,7 @@ class Restoration:
         start: (2,) where the COG is held before [m].
         since: when it began [s].
         step_time: duration of the step [s].
+        scale: of the robot.
     """
 
     side: Side
@@ -53,17 +55,18 @@ class Restoration:
     start: Array
     since: float
     step_time: float
+    scale: Scale
 
     def centre(self, time: float) -> Array:
         """(2,) where the regulator shall hold the COG at a time [m]."""
         way = self.over - self.start
         length = math.hypot(*way)
-        share = min(LEAD_SPEED * (time - self.since) / length, 1.0) if length > 0.0 else 1.0
+        share = min(LEAD_SPEED * self.scale.speed * (time - self.since) / length, 1.0) if length > 0.0 else 1.0
         return np.asarray(self.start + share * way)
 
     def may_lift(self, dcm: Array, sole: SupportPolygon, heading: Heading) -> bool:
         """Whether the DCM is well inside the sole of the stance foot."""
-        return sole.slack(heading.local(dcm, self.over)) >= SAFE_TO_LIFT
+        return sole.slack(heading.local(dcm, self.over)) >= SAFE_TO_LIFT * self.scale.length
 
 
 def closing_step(
@@ -85,7 +88,8 @@ def closing_step(
     natural = np.array([0.0, robot.stance_width if side == "left" else -robot.stance_width])
     place = heading.local(feet[side], feet[stays])
     astray = math.hypot(*(place - natural))
-    if astray < ASTRAY or math.hypot(*(place - 0.5 * natural)) > robot.hip_reach:
+    scale = robot.scale
+    if astray < ASTRAY * scale.length or math.hypot(*(place - 0.5 * natural)) > robot.hip_reach:
         return None
     return Restoration(
         side=side,
@@ -93,7 +97,8 @@ def closing_step(
         over=feet[stays],
         start=0.5 * (feet["left"] + feet["right"]),
         since=time,
-        step_time=math.ceil(max(SHORTEST, astray / FOOT_SPEED) / dt) * dt,
+        step_time=math.ceil(max(SHORTEST * scale.time, astray / (FOOT_SPEED * scale.speed)) / dt) * dt,
+        scale=scale,
     )
 
 
@@ -108,6 +113,7 @@ class StanceRecovery:
         """Watch over a robot, in control periods of `dt` [s]."""
         self.plan: Restoration | None = None
         self._robot = robot
+        self._scale = robot.scale
         self._dt = dt
         self._sole = SupportPolygon(robot.sole_vertices["left"])
         self._quiet_since: float | None = None
@@ -135,15 +141,15 @@ class StanceRecovery:
             landed: the foot that landed last, which stays.
         """
         if self.plan is not None:
-            if time - self.plan.since <= GIVE_UP:
+            if time - self.plan.since <= GIVE_UP * self._scale.time:
                 return ""
             self.plan, self._tried = None, ATTEMPTS
             return "the legs do not reach so far: the stance stays"
-        if math.hypot(*(dcm - contacts.middle)) > QUIET:
+        if math.hypot(*(dcm - contacts.middle)) > QUIET * self._scale.length:
             self._quiet_since = None
         elif self._quiet_since is None:
             self._quiet_since = time
-        elif time - self._quiet_since >= QUIET_FOR and self._tried < ATTEMPTS:
+        elif time - self._quiet_since >= QUIET_FOR * self._scale.time and self._tried < ATTEMPTS:
             self._quiet_since = None
             self.plan = closing_step(contacts.positions, landed, contacts.heading, self._robot, time, self._dt)
             if self.plan is not None:

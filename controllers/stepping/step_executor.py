@@ -19,7 +19,7 @@ from controllers.stepping.step_policy import Aim, Lift, StepPolicy
 from controllers.stepping.swing import SwingFoot
 from controllers.stepping.swing_step import SwingStep, touched_down
 from models.arena import SIDES
-from models.robot import Side, other
+from models.robot import Robot, Side, other
 
 Array = NDArray[np.float64]
 
@@ -36,11 +36,12 @@ class Stepper:
     """
 
     def __init__(
-        self, pendulum: Pendulum, options: Stepping, rule: StepPolicy, swing: type[SwingFoot] = SwingFoot
+        self, robot: Robot, pendulum: Pendulum, options: Stepping, rule: StepPolicy, swing: type[SwingFoot] = SwingFoot
     ) -> None:
         """Stand on both feet.
 
         Args:
+            robot: whose feet.
             pendulum: model and period.
             options: how to step.
             rule: decides which foot goes where.
@@ -50,6 +51,8 @@ class Stepper:
         self.landed: Side | None = None
         self._landed_at = -math.inf
         self._pendulum = pendulum
+        self._scale = robot.scale
+        self._slowest = max(options.times(robot, pendulum.dt))
         self._options = options
         self._rule = rule
         self._swing = swing
@@ -102,7 +105,7 @@ class Stepper:
         assert swing_step is not None
         stance = contacts.feet[swing_step.stance].position
         if swing_step.closing and contacts.hull.slack(dcm) < 0.0:
-            swing_step.hasten(max(self._options.step_times), self._pendulum.dt)
+            swing_step.hasten(self._slowest, self._pendulum.dt)
         elif swing_step.closing:
             swing_step.aim = replace(swing_step.aim, zmp=stance - gain.F @ (x - self._pendulum.rest(stance)))
             return ""
@@ -125,7 +128,7 @@ class Stepper:
         """Whether the foot in the air has landed, which ends the step."""
         swing_step = self.swing_step
         if swing_step is None or not touched_down(
-            observation.feet[swing_step.lift.side].force, swing_step.left, swing_step.ticks
+            observation.feet[swing_step.lift.side].force / self._scale.force, swing_step.left, swing_step.ticks
         ):
             return False
         self.swing_step, self.landed, self._landed_at = None, swing_step.lift.side, observation.time
@@ -135,7 +138,8 @@ class Stepper:
         self, observation: Observation, contacts: ContactState, lift: Lift, aim: Aim, *, closing: bool = False
     ) -> None:
         dt, start = self._pendulum.dt, observation.feet[lift.side].position
-        foot = self._swing(start, contacts.heading.yaw, lift.step_time, self._options.swing_height, dt)
+        height, speed = self._options.swing_height, self._scale.speed
+        foot = self._swing(start, contacts.heading.yaw, lift.step_time, height, dt, speed)
         ticks = round(lift.step_time / dt)
         self.swing_step = SwingStep(lift=lift, aim=aim, foot=foot, ticks=ticks, left=ticks, closing=closing)
         contacts.lift(lift.side)

@@ -31,8 +31,7 @@ def step_limits(robot: Robot, max_stride: float) -> StepLimits:
         min_width=robot.sole_width + CLEARANCE,
         max_width=robot.stance_width + (1.0 + HIP_TRAVEL) * robot.hip_reach,
         stance_width=robot.stance_width,
-        # A straight leg that swings about the hip at the no-load speed of its slowest motor.
-        swing_speed=float(robot.no_load_speed.min()) * robot.leg_length,
+        swing_speed=robot.swing_speed,
         swing_acceleration=MOST_ACCELERATION,
     )
 

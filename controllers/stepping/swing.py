@@ -10,7 +10,7 @@ from controllers.interface import FootReference
 Array = NDArray[np.float64]
 
 APEX = 0.55  # share of the step at which the foot is highest
-LANDING_SPEED = -0.15  # vertical speed with which the floor is expected [m/s]
+LANDING_SPEED = -0.15  # vertical speed with which the floor is expected, by a robot of scale 1 [m/s]
 SEARCH_SPEED = -0.30  # and with which it is looked for once the step is late [m/s]
 # A quintic over less than this would ask for any acceleration; from here on the foot coasts.
 SHORTEST = 0.025
@@ -19,7 +19,9 @@ SHORTEST = 0.025
 class SwingFoot:
     """Quintic motion of a sole from where it is to a foothold that may move while it flies."""
 
-    def __init__(self, position: Array, yaw: float, duration: float, height: float, dt: float) -> None:
+    def __init__(
+        self, position: Array, yaw: float, duration: float, height: float, dt: float, speed: float = 1.0
+    ) -> None:
         """Lift off.
 
         Args:
@@ -28,7 +30,9 @@ class SwingFoot:
             duration: of the whole step [s].
             height: of the apex [m].
             dt: control period [s].
+            speed: of the robot's scale.
         """
+        self._landing_speed, self._search_speed = LANDING_SPEED * speed, SEARCH_SPEED * speed
         self._position = position.copy()
         self._velocity = np.zeros(3)
         self._acceleration = np.zeros(3)
@@ -65,9 +69,9 @@ class SwingFoot:
         if to_apex > 5 * self._dt:
             self._aim(2, self._height, 0.0, to_apex)
         elif time_left > 0.5 * self._dt:
-            self._aim(2, 0.0, LANDING_SPEED, time_left)
+            self._aim(2, 0.0, self._landing_speed, time_left)
         else:
-            self._coast(2, SEARCH_SPEED)
+            self._coast(2, self._search_speed)
         return self._reference(feedback=False)
 
     def _reference(self, *, feedback: bool) -> FootReference:

@@ -14,7 +14,8 @@ from models.robot import Side, other
 
 Array = NDArray[np.float64]
 
-# A swing foot has landed when it carries this [N], but not in the first half of its step, when it may still scrape.
+# A swing foot has landed when it carries this [N], of a robot of scale 1, but not in the first half of its step, when
+# it may still scrape.
 TOUCHDOWN_FORCE = 4.0
 EARLIEST_TOUCHDOWN = 0.5
 
@@ -23,7 +24,7 @@ def touched_down(force: float, ticks_left: int, ticks: int) -> bool:
     """Whether a foot in the air has landed.
 
     Args:
-        force: normal force from the floor [N].
+        force: normal force from the floor, by the `force` of the robot's scale [N].
         ticks_left: control periods until it was to land; negative once it is late.
         ticks: control periods of its whole step.
     """

@@ -103,11 +103,11 @@ class Supervisor:
         self._seen: _Seen | None = None
         self._gain = self._gains[0]
         self._contacts = ContactState(self.robot.sole_vertices["left"], EDGE)
-        self._zmp_bias = ZmpBiasObserver(self.pendulum.dt)
+        self._zmp_bias = ZmpBiasObserver(self.pendulum.dt, self.robot.scale)
         self._trigger = StepTrigger(self.pendulum.dt, self.options.early_trigger)
         self._stance_recovery = StanceRecovery(self.robot, self.pendulum.dt)
         rule = self.rule
-        self._stepper = None if rule is None else Stepper(self.pendulum, self.options, rule, self._swing)
+        self._stepper = None if rule is None else Stepper(self.robot, self.pendulum, self.options, rule, self._swing)
         self._may_step = True
         self._slacks = (math.nan, math.nan)
 

@@ -20,7 +20,8 @@ from models.robot import Robot, Side
 
 Array = NDArray[np.float64]
 
-# Weights of the soft tasks, and stiffness [1/s^2] and damping [1/s] of each.
+# Weights of the soft tasks, and stiffness [1/s^2] and damping [1/s] of each; those of height, trunk and posture are of
+# a robot of scale 1.
 COG_WEIGHT, STANCE_WEIGHT, TRUNK_WEIGHT, POSTURE_WEIGHT = 10.0, 50.0, 1.0, 1e-2
 # A quick step asks for more than the motors have. The way of the swing foot gives way before the COG and the trunk do.
 SWING_WEIGHT = 10.0
@@ -76,8 +77,9 @@ class DynamicsWholeBody:
         tasks = body_tasks(solver, robot, cog=COG_WEIGHT, trunk=TRUNK_WEIGHT, posture=POSTURE_WEIGHT)
         self._cog = tasks.cog
         self._cog.kp = self._cog.kd = 0.0
-        tasks.trunk.kp, tasks.trunk.kd = TRUNK_GAINS
-        tasks.posture.kp, tasks.posture.kd = POSTURE_GAINS
+        tasks.trunk.kp, tasks.trunk.kd = _slowed(TRUNK_GAINS, robot)
+        tasks.posture.kp, tasks.posture.kd = _slowed(POSTURE_GAINS, robot)
+        self._height_gains = _slowed((HEIGHT_STIFFNESS, HEIGHT_DAMPING), robot)
         self._pose = np.eye(4)
         self._stance: dict[Side, bool | None] = dict.fromkeys(SIDES)
         self._torque = np.zeros(len(robot.joint_names))
@@ -118,7 +120,8 @@ class DynamicsWholeBody:
         cx, cy, cz = observation.cog.tolist()
         vz = float(observation.cog_velocity[2])
         w2 = self._omega_squared
-        rise = HEIGHT_STIFFNESS * (self._robot.cog_height - cz) - HEIGHT_DAMPING * vz
+        stiffness, damping = self._height_gains
+        rise = stiffness * (self._robot.cog_height - cz) - damping * vz
         self._cog.ddtarget_world = np.array([w2 * (cx - zmp[0]), w2 * (cy - zmp[1]), rise])
 
     def _aim_foot(self, side: Side, reference: FootReference, measured: Array) -> None:
@@ -143,3 +146,9 @@ class DynamicsWholeBody:
             if reference.stance:
                 position.kp, position.kd = STANCE_POSITION
                 position.dtarget_world = position.ddtarget_world = np.zeros(3)
+
+
+def _slowed(gains: tuple[float, float], robot: Robot) -> tuple[float, float]:
+    """Stiffness [1/s^2] and damping [1/s] in the pendulum's time of a robot."""
+    stiffness, damping = gains
+    return stiffness / robot.scale.time**2, damping / robot.scale.time

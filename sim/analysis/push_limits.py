@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 
 from controllers.admissible.limits import capturability_steps
+from controllers.options import Stepping
 from controllers.pendulum import Pendulum
 from models.errors import InputError
 from models.robot import Robot, load_robot
@@ -58,7 +59,7 @@ def _edges(row: pd.Series, omega: float, edge: float, robot: Robot | None, direc
         float(stepping["max_stride"]) / max(abs(math.cos(angle)), _ALONG),
         robot.hip_reach / max(abs(math.sin(angle)), _ALONG),
     )
-    quickest, most = min(stepping["step_times"]), int(stepping["max_steps"])
+    quickest, most = min(Stepping.model_validate(stepping).times(robot, _PERIOD)), int(stepping["max_steps"])
     found: list[float] = capturability_steps(Pendulum(omega, _PERIOD), edge, stride, quickest, most)[1:].tolist()
     return found
 

@@ -30,7 +30,7 @@ def standing() -> ContactState:
 
 def test_a_step_is_chosen_for_the_state_ahead(rule: SetPolicy) -> None:
     here, ahead = np.zeros(2), np.array([0.0, 0.1])
-    lift = Stepper(PENDULUM, OPTIONS, rule).lift_off(SIGHT, here, ahead, standing())
+    lift = Stepper(ROBOT, PENDULUM, OPTIONS, rule).lift_off(SIGHT, here, ahead, standing())
     assert lift == rule.lift(ahead, standing().positions, standing().heading, ("left", "right"))
     assert lift.slack >= 0.0
 
@@ -39,13 +39,13 @@ def test_a_state_ahead_that_nothing_holds_is_not_stepped_for(rule: SetPolicy) ->
     here, lost = np.array([0.0, 0.08]), np.array([0.0, 1.0])
     feet, heading = standing().positions, standing().heading
     assert rule.lift(lost, feet, heading, ("left", "right")).slack < 0.0
-    lift = Stepper(PENDULUM, OPTIONS, rule).lift_off(SIGHT, here, lost, standing())
+    lift = Stepper(ROBOT, PENDULUM, OPTIONS, rule).lift_off(SIGHT, here, lost, standing())
     assert lift == rule.lift(here, feet, heading, ("left", "right"))
     assert lift.slack >= 0.0
 
 
 def test_the_foot_that_has_just_landed_stays(rule: SetPolicy) -> None:
-    stepper, contacts, ahead = Stepper(PENDULUM, OPTIONS, rule), standing(), np.array([0.1, 0.0])
+    stepper, contacts, ahead = Stepper(ROBOT, PENDULUM, OPTIONS, rule), standing(), np.array([0.1, 0.0])
     side = stepper.lift_off(SIGHT, ahead, ahead, contacts).side
     assert stepper.swing_step is not None
     stepper.swing_step.left = 0
@@ -59,7 +59,7 @@ def test_the_foot_that_has_just_landed_stays(rule: SetPolicy) -> None:
 
 def test_a_flight_remembers_where_it_was_when_the_tick_began(rule: SetPolicy) -> None:
     """What is predicted of a state is asked with the foot and the time left of its own tick."""
-    stepper, ahead = Stepper(PENDULUM, OPTIONS, rule), np.array([0.1, 0.0])
+    stepper, ahead = Stepper(ROBOT, PENDULUM, OPTIONS, rule), np.array([0.1, 0.0])
     stepper.lift_off(SIGHT, ahead, ahead, standing())
     swing_step = stepper.swing_step
     assert swing_step is not None
