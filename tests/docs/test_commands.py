@@ -22,7 +22,7 @@ EXTRAS = {
 """Extra -> the module that it brings."""
 NOT_OURS = ("make", "pip", "python", "dask", "ssh")
 """Programs whose commands are shown and not run."""
-KINDS = ("", "sh", "toml", "python", "text", "json")
+KINDS = ("", "sh", "toml", "xml", "python", "text")
 
 
 def run(block: Block, names: dict[str, Any]) -> str | None:
