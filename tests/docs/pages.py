@@ -1,7 +1,8 @@
 """The pages as a reader has them: blocks of commands, files and Python, and tables.
 
-A block of `sh` holds commands; one of `text` right after it, what they print among other things. A line that ends with "`name.toml`:" right above a block makes the block that file. An
-HTML comment on the line above a block says more: `needs: EXTRA`, `not run: reason`, or, of Python, `run`.
+A block of `sh` holds commands; one of `text` right after it, what they print among other things. A line that ends with
+"`name.toml`:" right above a block makes the block that file. An HTML comment on the line above a block says more:
+`needs: EXTRA`, `not run: reason`, or, of Python, `run`.
 """
 
 from __future__ import annotations

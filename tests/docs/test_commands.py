@@ -80,12 +80,15 @@ def test_links_lead_somewhere() -> None:
 def test_what_is_wrong_is_seen(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(
-        'Save as `a.toml`:\n```toml\nx = 1\n```\n<!-- not run: long -->\n```sh\nokiagari run --wrong\n```\n'
-        '\n```sh\nokiagari run no_such_scenario   # exit code 2\nokiagari list --wrong\n```\n'
+        "Save as `a.toml`:\n```toml\nx = 1\n```\n<!-- not run: long -->\n```sh\nokiagari run --wrong\n```\n"
+        "\n```sh\nokiagari run no_such_scenario   # exit code 2\nokiagari list --wrong\n```\n"
     )
     first, second, third = blocks(page)
     assert (first.file, second.skipped) == ("a.toml", "long")
-    assert list(third.commands()) == [(["okiagari", "run", "no_such_scenario"], 2), (["okiagari", "list", "--wrong"], 0)]
+    assert list(third.commands()) == [
+        (["okiagari", "run", "no_such_scenario"], 2),
+        (["okiagari", "list", "--wrong"], 0),
+    ]
     assert run(second, {}) is None
     with pytest.raises(AssertionError, match="--wrong"):
         run(third, {})

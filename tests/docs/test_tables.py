@@ -140,10 +140,11 @@ def test_summary_is_told_whole(tmp_path: Path) -> None:
     from sim.cli.app import main
 
     suite = tmp_path / "tiny.toml"
-    suite.write_text(
-        'description = "one push"\nafter = 1.0\n[axes]\nworld = ["pendulum"]\ndirection = [0]\ndelta_v = [0.05]\nstart = [0.1]\n'
-    )
+    axes = '[axes]\nworld = ["pendulum"]\ndirection = [0]\ndelta_v = [0.05]\nstart = [0.1]\n'
+    suite.write_text(f'description = "one push"\nafter = 1.0\n{axes}')
     assert main(["sweep", str(suite), "--out", str(tmp_path / "out"), "--workers", "1"]) == 0
     written = json.loads((tmp_path / "out" / "summary.json").read_text())
-    told = [name for of, rows in tables(RESULTS, "keys") if of == "summary.json" for row in rows for name in names(row[0])]
+    told = [
+        name for of, rows in tables(RESULTS, "keys") if of == "summary.json" for row in rows for name in names(row[0])
+    ]
     assert sorted(told) == sorted(written)
