@@ -18,7 +18,7 @@ PAGES = (HOUSE / "README.md", *sorted((HOUSE / "docs").glob("*.md")))
 
 _FILE = re.compile(r"`(?P<name>[\w./-]+\.(?:toml|py|xml|txt))`:$")
 _NOTE = re.compile(r"^<!-- (?P<word>needs|not run|run)(?:: (?P<what>.+?))? -->$")
-_EXIT = re.compile(r"exit code (\d)")
+_EXIT = re.compile(r"^ *exit code (\d)$")
 _CELL = re.compile(r"(?<!\\)\|")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,12 @@ NOT_OURS = ("make", "pip", "python", "dask", "ssh")
 KINDS = ("", "sh", "toml", "xml", "python", "text")
 
 
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where robots that are known are adopted to, once for all pages."""
+    return tmp_path_factory.mktemp("cache")
+
+
 def run(block: Block, names: dict[str, Any]) -> str | None:
     """Try a block in the present folder; why it cannot be tried, if so."""
     if block.needs is not None and importlib.util.find_spec(EXTRAS[block.needs]) is None:
@@ -44,9 +51,16 @@ def run(block: Block, names: dict[str, Any]) -> str | None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_all_that_a_page_shows_can_be_done(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    page: Path,
+    tmp_path: Path,
+    cache: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+    # One process is quicker for a handful of episodes: starting one takes longer than they do.
+    monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {0})
     # The reader works in a checkout.
     for name in ("scenarios", "baselines"):
         (tmp_path / name).symlink_to(HOUSE / name)

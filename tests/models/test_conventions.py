@@ -84,10 +84,8 @@ WRONG = {
     "nameless": (replaced(('<body name="left_shin" ', "<body ")), "body 13 has no name"),
     "two hinges on a body": (
         replaced(
-            (
-                '<body name="left_hip_roll_link">',
-                '<joint name="extra" axis="0 0 1" range="-1 1"/><body name="left_hip_roll_link">',
-            )
+            ('<body name="left_hip_roll_link">', '<joint name="b" range="-1 1"/><body name="left_hip_roll_link">'),
+            ('<key name="stand" qpos="', '<key name="stand" qpos="0 '),
         ),
         "the body 'left_hip_yaw_link' has 2 joints; each needs a body of its own",
     ),
