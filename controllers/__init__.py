@@ -1,6 +1,6 @@
 """The brain: the paper's sets, the supervisor and its baselines, whole-body layers. It knows no MuJoCo.
 
-What a controller of your own needs is here by name; see README, "Your controller".
+What a controller of your own needs is here by name; see docs/controllers.md.
 """
 
 from controllers.fields import File, Strict

@@ -222,13 +222,15 @@ def _set_root(source: Source) -> None:
 
 def _set_joints(source: Source, servos: list[Servo]) -> None:
     spec, unlimited = source.spec, []
+    # The compiler reads ranges in the unit of the source file.
+    unit = math.degrees(1.0) if spec.compiler.degree else 1.0
     for actuator in list(spec.actuators):
         spec.delete(actuator)
     for servo, j in zip(servos, range(1, source.model.njnt), strict=True):
         joint = spec.joint(servo.joint)
         limited = bool(source.model.jnt_limited[j])
         joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
-        joint.range = source.model.jnt_range[j] if limited else [-_LIMIT, _LIMIT]
+        joint.range = unit * (source.model.jnt_range[j] if limited else np.array([-_LIMIT, _LIMIT]))
         unlimited += [] if limited else [servo.joint]
         joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
         joint.armature, joint.frictionloss, joint.damping = servo.armature, servo.friction, [servo.damping, 0.0, 0.0]

@@ -1,4 +1,4 @@
-"""A controller that is a file of the user's, through every command; README shows that file."""
+"""A controller that is a file of the user's, through every command; its page shows that file."""
 
 from __future__ import annotations
 
@@ -29,8 +29,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_readme_shows_the_file() -> None:
-    blocks = re.findall(r"```python\n(.*?)```", (HOUSE / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+def test_its_page_shows_the_file() -> None:
+    blocks = re.findall(
+        r"```python\n(.*?)```", (HOUSE / "docs" / "controllers.md").read_text(encoding="utf-8"), re.DOTALL
+    )
     assert EXAMPLE.read_text(encoding="utf-8") in blocks
     assert len(EXAMPLE.read_text(encoding="utf-8").splitlines()) <= 27
 

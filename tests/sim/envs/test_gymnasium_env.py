@@ -144,8 +144,8 @@ def test_bad_actions_and_options_are_refused() -> None:
         env.reset(options={"pushes": [{"start": 0.2, "delta_v": 0.1}]})
 
 
-def test_the_example_prints_what_readme_says() -> None:
+def test_the_example_prints_what_its_page_says() -> None:
     example = HOUSE / "docs" / "gymnasium_policies.py"
     assert len([line for line in example.read_text().splitlines() if line.strip()]) <= 32
     done = subprocess.run([sys.executable, str(example)], cwd=HOUSE, capture_output=True, text=True, check=True)
-    assert f"```\n{done.stdout}```" in (HOUSE / "README.md").read_text(encoding="utf-8")
+    assert f"```\n{done.stdout}```" in (HOUSE / "docs" / "environments.md").read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-HOUSE = Path(__file__).resolve().parent.parent
+HOUSE = Path(__file__).resolve().parents[2]
 # A block's lines are those up to the first fence, so that one block cannot run on into the next.
 _LINES = r"(?:(?!```).*\n)*"
 _EXAMPLE = re.compile(rf"^```python\n(?P<code>{_LINES})```\n```text\n(?P<output>{_LINES})```$", re.MULTILINE)
