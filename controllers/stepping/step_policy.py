@@ -26,13 +26,14 @@ OUTWARDS = 0.04
 
 def step_limits(robot: Robot, max_stride: float) -> StepLimits:
     """Reach of the robot's feet for a given stride [m], the rest from its build."""
+    speeds = zip(robot.joint_names, robot.no_load_speed.tolist(), strict=True)
     return StepLimits(
         max_stride=max_stride,
         min_width=robot.sole_width + CLEARANCE,
         max_width=robot.stance_width + (1.0 + HIP_TRAVEL) * robot.hip_reach,
         stance_width=robot.stance_width,
-        # A straight leg that swings about the hip at the no-load speed of its slowest motor.
-        swing_speed=float(robot.no_load_speed.min()) * robot.leg_length,
+        # A straight leg that swings about the hip at the no-load speed of the slowest motor in it.
+        swing_speed=min(speed for name, speed in speeds if name in robot.leg_joints) * robot.leg_length,
         swing_acceleration=MOST_ACCELERATION,
     )
 
