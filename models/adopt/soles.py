@@ -21,6 +21,8 @@ _AT_GROUND = 0.006
 """What is this near to the lowest point of a foot stands on the floor [m]."""
 _GRID = 25
 """Lines between which the sides of a sole are sought, along either axis."""
+_BACKWARD = 0.005
+"""Middles of the soles that are so far behind the ankles [m] are of a robot that may face backward."""
 _NEARLY_LEVEL = math.cos(math.radians(35.0))
 _TILTED = 0.15
 """A foot's axes that are nearer than this to upright at home are upright: home poses lean a little."""
@@ -55,6 +57,8 @@ def find_soles(source: Source) -> dict[Side, Sole]:
     feet: dict[Side, int] = {side: _foot(source, geoms, side) for side in SIDES}
     source.find_legs(feet)
     found = {side: _sole(source, feet[side], geoms[feet[side]], side) for side in SIDES}
+    if max(_toes_ahead(source, sole) for sole in found.values()) < -_BACKWARD:
+        source.notes.append("the soles reach farther back than forward of the ankles: does the robot face along x?")
     size = np.minimum(found["left"].size, found["right"].size)
     if not np.allclose(found["left"].size, found["right"].size, atol=2e-3):
         text = {side: f"{100 * found[side].size[0]:.1f} x {100 * found[side].size[1]:.1f} cm" for side in SIDES}
@@ -63,6 +67,14 @@ def find_soles(source: Source) -> dict[Side, Sole]:
         side: Sole(body=sole.body, centre=sole.centre, turn=sole.turn, size=size, depth=sole.depth)
         for side, sole in found.items()
     }
+
+
+def _toes_ahead(source: Source, sole: Sole) -> float:
+    """How far a sole's middle is ahead of the foot's last joint [m]."""
+    model = source.model
+    first, count = int(model.body_jntadr[sole.body]), int(model.body_jntnum[sole.body])
+    ankle = model.jnt_pos[first + count - 1] if count else np.zeros(3)
+    return float((sole.turn.T @ (sole.centre - ankle))[0])
 
 
 def lowest_point(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> float:
