@@ -45,7 +45,7 @@ def rewrite(source: Source, soles: dict[Side, Sole], stand: Stand, servos: list[
     """The robot in our conventions, as a compiled specification; `write` puts it into files."""
     spec = source.spec
     _write_inertias_out(source)
-    _set_contacts(source)
+    _set_contacts(source, stand)
     for side in SIDES:
         _add_sole(source, side, soles[side])
     _set_root(source)
@@ -139,10 +139,11 @@ def _write_inertias_out(source: Source) -> None:
             body.mass, body.inertia = 1e-6, [1e-9] * 3
 
 
-def _set_contacts(source: Source) -> None:
+def _set_contacts(source: Source, stand: Stand) -> None:
     """Primitives keep their contact; a capsule stands for a mesh; what is only seen touches nothing."""
     model, data, spec = source.model, source.data, source.spec
-    source.go_home()
+    data.qpos[:] = stand.qpos  # the soles are level
+    mujoco.mj_kinematics(model, data)
     on_leg = {side: {int(model.jnt_bodyid[j]) for j in source.legs[side]} for side in SIDES}
     for i in range(1, model.nbody):
         chain = source.chain(i)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import numpy as np
 FOOT = '<geom type="box" size="0.07 0.04 0.01" pos="0.01 0 -0.035" mass="0.3"/>'
 """The geoms of a foot, 14 x 8 cm and 4.5 cm below the ankle."""
 SHIN = '<geom type="capsule" fromto="0 0 -0.03 0 0 -0.15" size="0.02" mass="0.4"/>'
+
+COMPILER = '<compiler angle="degree"/>'
+BENT = "0 0 .48 1 0 0 0 0 0 -.4 .8 -.4 0 0 0 -.4 .8 -.4 0 0 0"
 
 _LEG = f"""
       <body name="SIDE_hip" pos="0 YY -0.05">
@@ -110,3 +114,59 @@ def box_mesh(half: tuple[float, float, float], centre: tuple[float, float, float
     triangles = [(a, b, c) for a, b, c, _ in faces] + [(a, c, d) for a, _, c, d in faces]
     packed = (struct.pack("<12fH", 0, 0, 0, *places[list(each)].ravel(), 0) for each in triangles)
     return bytes(80) + struct.pack("<I", len(triangles)) + b"".join(packed)
+
+
+def meshed(compiler: str, asset: str, geom: str = '<geom type="mesh" mesh="f" mass="0.3"/>') -> str:
+    return with_text((FOOT, geom), (COMPILER, f'<compiler angle="degree" {compiler}/><asset>{asset}</asset>'))
+
+
+def keyed(qpos: str, name: str = "home") -> str:
+    return top(f'<keyframe><key name="{name}" qpos="{qpos}"/></keyframe>')
+
+
+def driven(element: str) -> str:
+    """With another actuator for each joint J."""
+    return re.sub(r'<motor name="\w+" joint="(\w+)"/>', lambda match: element.replace("J", match[1]), TEXT)
+
+
+def hips_of_many_hinges(apart: bool) -> str:
+    """Yaw, roll and pitch of either hip in one body, with their axes through one point or apart."""
+    text = TEXT
+    for side in ("left", "right"):
+        text = text.replace(f'<joint name="{side}_yaw" axis="0 0 1"/>', "")
+        text = text.replace(f'<joint name="{side}_roll" axis="1 0 0"/>', "")
+        yaw, roll = ('pos="0.01 0 0.08"', 'pos="0 0.01 0.05"') if apart else ("", "")
+        three = f'<joint name="{side}_yaw" axis="0 0 1" {yaw}/><joint name="{side}_roll" axis="1 0 0" {roll}/>'
+        text = text.replace(f'<joint name="{side}_pitch"', f'{three}<joint name="{side}_pitch"')
+    return text
+
+
+def with_waist() -> str:
+    """Both legs hang on a waist that turns."""
+    body = '<body name="waist"><joint name="waist" axis="0 0 1"/><geom type="sphere" size="0.03" mass="0.3"/>'
+    return with_text(
+        ('      <body name="left_hip"', f'{body}<body name="left_hip"'),
+        ('\n      <body name="left_arm"', '</body><body name="left_arm"'),
+        ("<actuator>", '<actuator><motor joint="waist"/>'),
+    )
+
+
+def feet_turned() -> str:
+    """The foot's z axis is forward, and its x axis down."""
+    joint = '<joint name="SIDE_ankle_roll" axis="1 0 0"/>'
+    blank = 18 * " "
+    return both(
+        f'<body name="SIDE_foot">\n{blank}{joint}\n{blank}{FOOT}',
+        '<body name="SIDE_foot" euler="0 90 0"><joint name="SIDE_ankle_roll" axis="0 0 1"/>'
+        '<geom type="box" size="0.01 0.04 0.07" pos="0.035 0 0.01" mass="0.3"/>',
+    )
+
+
+def put(folder: Path, text: str, files: dict[str, bytes] | None = None, hints: str = "") -> Path:
+    path = write(folder, text)
+    for name, content in (files or {}).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    if hints:
+        (folder / "robot.toml").write_text(hints)
+    return path
