@@ -105,7 +105,7 @@ class Source:
             raise InputError(
                 f"{self.path}: the legs to the feet {self.model.body(feet['left']).name!r} and "
                 f"{self.model.body(feet['right']).name!r} have the joints {names['left']} and {names['right']}; each "
-                f"needs as many as the other, and at least 3"
+                f"needs as many as the other, and at least 3; left_foot and right_foot in robot.toml can name others"
             )
 
 
