@@ -42,15 +42,15 @@ def flat_mjcf(model: mujoco.MjModel) -> str:
     ET.SubElement(root, "compiler", angle="radian")
     elements = {0: ET.SubElement(root, "worldbody")}
     for i in range(1, model.nbody):
-        body = ET.SubElement(elements[int(model.body_parentid[i])], "body")
-        body.attrib |= {"pos": _text(model.body_pos[i]), "quat": _text(model.body_quat[i])}
-        first = int(model.body_jntadr[i])
+        name, first = model.body(i).name, int(model.body_jntadr[i])
         *others, last = range(first, first + int(model.body_jntnum[i])) or [-1]
-        for joint in others:  # pinocchio takes one joint a body: the others get bodies of no mass above it
-            body.set("name", f"{model.body(i).name} before {model.joint(joint).name}")
+        # pinocchio takes one joint a body: the others get bodies without mass above it.
+        names = [*(f"{name} before {model.joint(joint).name}" for joint in others), name]
+        body = ET.SubElement(elements[int(model.body_parentid[i])], "body", name=names[0])
+        body.attrib |= {"pos": _text(model.body_pos[i]), "quat": _text(model.body_quat[i])}
+        for joint, below in zip(others, names[1:], strict=True):
             _add_joint(body, model, joint)
-            body = ET.SubElement(body, "body")
-        body.set("name", model.body(i).name)
+            body = ET.SubElement(body, "body", name=below)
         elements[i] = body
         inertial = ET.SubElement(body, "inertial", pos=_text(model.body_ipos[i]), quat=_text(model.body_iquat[i]))
         inertial.attrib |= {"mass": _text([model.body_mass[i]]), "diaginertia": _text(model.body_inertia[i])}

@@ -18,8 +18,8 @@ from models.errors import InputError
 from models.robot import Robot, load_robot
 from models.spoken import warnings_kept
 
-_READ, _STOOD = 0.05, 0.9
-"""Shares of the work after which the robot is read, and a stand is found."""
+_READ, _STOOD, _REWRITTEN = 0.3, 0.5, 0.75
+"""Shares of the work after which the robot is read, has a stand, and is rewritten; meshes are compiled in between."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,6 +70,7 @@ def adopt(
         stand = find_stand(read, soles, lambda done: progress(_READ + (_STOOD - _READ) * done))
         progress(_STOOD)
         spec = rewrite(read, soles, stand, servos)
+        progress(_REWRITTEN)
     read.notes += [f"MuJoCo warned: {each}" for each in said]
     made = [each for each in (folder.parent, *folder.parent.parents) if not each.exists()]
     try:

@@ -220,5 +220,5 @@ def test_progress_goes_from_nothing_to_all(tmp_path: Path) -> None:
     adopt(write(tmp_path / "in", with_text((FOOT, FOOT))), tmp_path / "out", progress=seen.append)
     assert seen == sorted(seen)
     assert len(seen) > 10
-    assert seen[0] < 0.1
+    assert seen[0] < 0.5
     assert seen[-1] == 1.0
