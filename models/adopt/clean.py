@@ -77,8 +77,12 @@ def _refuse_loops(spec: mujoco.MjSpec, path: Path) -> None:
 
 def _refuse_other_joints(spec: mujoco.MjSpec, path: Path) -> None:
     root = spec.worldbody.bodies[0]
+    if len(root.joints) != 1:
+        raise InputError(
+            f"{path}: the root body {root.name!r} has {len(root.joints)} joints; one, the free one, is allowed"
+        )
     for joint in spec.joints:
-        if joint.type == mujoco.mjtJoint.mjJNT_FREE and joint.parent.id == root.id:
+        if joint == root.joints[0]:
             continue
         if joint.type != mujoco.mjtJoint.mjJNT_HINGE:
             kind = mujoco.mjtJoint(joint.type).name.removeprefix("mjJNT_").lower()
@@ -172,7 +176,7 @@ def _name_all(spec: mujoco.MjSpec) -> None:
 def _give_way_to_ours(spec: mujoco.MjSpec, notes: list[str]) -> None:
     """Rename what is called like something that the program adds or looks for."""
     root, soles = spec.worldbody.bodies[0], [f"{side}_sole" for side in SIDES]
-    (free,) = (joint for joint in root.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE)
+    (free,) = root.joints
     for kind, things, ours in (
         ("body", spec.bodies[1:], {TRUNK, *soles}),
         ("joint", spec.joints, {TRUNK, FREE_JOINT, *soles}),

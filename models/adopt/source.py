@@ -127,8 +127,24 @@ def read_source(path: Path, hints: Hints) -> Source:
         model = without_references(spec, spec.compile(), notes)
     except (ValueError, mujoco.FatalError) as error:
         raise InputError(f"{path}: cannot be compiled: {one_line(error)}") from None
+    _refuse_no_numbers(model, path)
     source = Source(path=path, hints=hints, spec=spec, model=model, data=mujoco.MjData(model), root=1, notes=notes)
     source.go_home()
     if not np.isfinite(source.data.qpos).all():
         raise InputError(f"{path}: {source.home} is not finite")
     return source
+
+
+def _refuse_no_numbers(model: mujoco.MjModel, path: Path) -> None:
+    for what, part, arrays in (
+        ("body", model.body, (model.body_pos, model.body_quat, model.body_ipos, model.body_mass, model.body_inertia)),
+        ("joint", model.joint, (model.jnt_pos, model.jnt_axis, model.jnt_range)),
+        ("joint", lambda dof: model.joint(model.dof_jntid[dof]), (model.dof_armature, model.dof_damping)),
+        ("geom", model.geom, (model.geom_pos, model.geom_quat, model.geom_size)),
+        ("actuator", model.actuator, (model.actuator_gear, model.actuator_gainprm, model.actuator_forcerange)),
+    ):
+        for array in arrays:
+            wrong = ~np.isfinite(array.reshape(len(array), -1)).all(axis=1)
+            if wrong.any():
+                name = part(int(wrong.argmax())).name
+                raise InputError(f"{path}: the {what} {name!r} has a number that is not finite")

@@ -81,6 +81,18 @@ REFUSED: dict[str, tuple[str, dict[str, bytes], str, str]] = {
         "",
         "the root body 'torso' has a joint without a name to the world",
     ),
+    "no number": (
+        with_text(('<body name="left_shin" pos="0 0 -0.2">', '<body name="left_shin" pos="0 0 nan">')),
+        {},
+        "",
+        "the body 'left_shin' has a number that is not finite",
+    ),
+    "two free joints": (
+        with_text(('<freejoint name="float"/>', '<freejoint name="float"/><joint name="lift" type="slide"/>')),
+        {},
+        "",
+        "the root body 'torso' has 2 joints; one, the free one, is allowed",
+    ),
     "loop": (
         top('<equality><weld name="grip" body1="left_arm" body2="right_arm"/></equality>'),
         {},
