@@ -62,15 +62,18 @@ def adopt(
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise InputError(f"{folder}: exists and is not an empty folder; choose another one")
     name = hints.name or source.stem
-    with warnings_kept() as said:
-        read = read_source(source, hints)
-        soles = find_soles(read)
-        servos = read_servos(read)
-        progress(_READ)
-        stand = find_stand(read, soles, lambda done: progress(_READ + (_STOOD - _READ) * done))
-        progress(_STOOD)
-        spec = rewrite(read, soles, stand, servos)
-        progress(_REWRITTEN)
+    try:
+        with warnings_kept() as said:
+            read = read_source(source, hints)
+            soles = find_soles(read)
+            servos = read_servos(read)
+            progress(_READ)
+            stand = find_stand(read, soles, lambda done: progress(_READ + (_STOOD - _READ) * done))
+            progress(_STOOD)
+            spec = rewrite(read, soles, stand, servos)
+            progress(_REWRITTEN)
+    except UnicodeDecodeError:
+        raise InputError(f"{source}: holds a name that is not UTF-8") from None
     read.notes += [f"MuJoCo warned: {each}" for each in said]
     made = [each for each in (folder.parent, *folder.parent.parents) if not each.exists()]
     try:

@@ -72,7 +72,10 @@ def write(spec: mujoco.MjSpec, source: Path, folder: Path, name: str) -> Path:
     Raises:
         InputError: if a mesh or a texture cannot be read.
     """
-    tree = ET.fromstring(spec.to_xml())
+    try:
+        tree = ET.fromstring(spec.to_xml())
+    except ET.ParseError as error:
+        raise InputError(f"{source}: holds a name that cannot be written: {error}") from None
     tree.set("model", name)
     compiler = tree.find("compiler")
     if compiler is None:

@@ -199,3 +199,11 @@ def test_what_cannot_be_adopted_is_refused_in_one_line_and_leaves_nothing(
     assert ".adopting" not in line
     assert [each.name for each in tmp_path.iterdir()] == ["in"]
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_name_that_is_not_utf_8_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "small.xml"
+    path.write_bytes(TEXT.replace("left_knee", "l\xe9ft").encode("latin-1"))
+    with pytest.raises(InputError, match=r"small\.xml: holds a name that is not UTF-8"):
+        adopt(path, tmp_path / "out")
+    assert list(tmp_path.iterdir()) == [path]
