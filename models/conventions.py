@@ -18,6 +18,7 @@ from models.errors import InputError
 Array = NDArray[np.float64]
 
 FREE_JOINT = "root_joint"
+_SOLES = tuple(f"{side}_sole" for side in SIDES)
 STAND = "stand"
 GRAVITY = (0.1, 100.0)
 """Strength of a gravity that a robot can stand in [m/s^2]; that of the Moon is 1.6."""
@@ -32,6 +33,8 @@ LEVEL = math.radians(1.0)
 """Tilt of a sole in the keyframe `stand`, at most [rad]."""
 TOED = math.radians(45.0)
 """Turn of a sole inward or outward in the keyframe `stand`, at most [rad]."""
+NEAR = 1e-3
+"""What is this near to the floor when the soles are on it touches it: they give way so much [m]."""
 CLEARANCE = 0.004
 """Between the soles as they pass each other, at least [m]."""
 EVEN = 1e-3
@@ -42,34 +45,50 @@ _POS_VEL_FF = 1 | 2 | 4
 # Flags of <option> without which nobody stands.
 _NEEDED = ("CONSTRAINT", "CONTACT", "GRAVITY", "ACTUATION", "CLAMPCTRL", "LIMIT", "SENSOR", "FRICTIONLOSS")
 _NAMED = (
-    ("joint", mujoco.mjtObj.mjOBJ_JOINT, FREE_JOINT),
-    ("body", mujoco.mjtObj.mjOBJ_BODY, TRUNK),
-    ("keyframe", mujoco.mjtObj.mjOBJ_KEY, STAND),
-    *(("geom", mujoco.mjtObj.mjOBJ_GEOM, f"{side}_sole") for side in SIDES),
-    *(("site", mujoco.mjtObj.mjOBJ_SITE, f"{side}_sole") for side in SIDES),
+    ("joint", FREE_JOINT),
+    ("body", TRUNK),
+    ("keyframe", STAND),
+    *(("geom", f"{side}_sole") for side in SIDES),
+    *(("site", f"{side}_sole") for side in SIDES),
 )
+
+
+def check_names(spec: mujoco.MjSpec, path: Path) -> None:
+    """Check that a robot has what the program asks for by name, before anything refers to it.
+
+    Args:
+        spec: robot and floor, as `build_arena` makes it, not compiled.
+        path: the robot's file.
+
+    Raises:
+        InputError: names what is missing.
+    """
+    for kind, name in _NAMED:
+        if getattr(spec, "key" if kind == "keyframe" else kind)(name) is None:
+            raise _refusal(path, f"the robot has no {kind} named {name!r}")
 
 
 def check_conventions(model: mujoco.MjModel, path: Path) -> None:
     """Check that a robot can be used.
 
     Args:
-        model: robot and floor, as `build_arena` makes it.
+        model: robot and floor, as `build_arena` makes it, compiled after `check_names`.
         path: the robot's file.
 
     Raises:
         InputError: if it does not keep the conventions of `models/utmu2.xml`.
     """
     # Each check may rely on those before it.
-    for check in (_names, _gravity, _tree, _joints, _motors, _feet, _stand):
+    for check in (_names, _gravity, _tree, _joints, _motors, _feet, _stand, _touched):
         for wrong in check(model):
-            raise InputError(f"{path}: {wrong}; models/utmu2.xml lists the conventions")
+            raise _refusal(path, wrong)
+
+
+def _refusal(path: Path, wrong: str) -> InputError:
+    return InputError(f"{path}: {wrong}; models/utmu2.xml lists the conventions")
 
 
 def _names(model: mujoco.MjModel) -> Iterator[str]:
-    for kind, code, name in _NAMED:
-        if mujoco.mj_name2id(model, code, name) < 0:
-            yield f"the robot has no {kind} named {name!r}"
     called = [part(i).name for count, part in _parts(model) for i in range(count)]
     for name in (TRUNK, *(f"{side}_sole" for side in SIDES)):
         if called.count(name) > 1:
@@ -91,6 +110,8 @@ def _gravity(model: mujoco.MjModel) -> Iterator[str]:
     for name in _NEEDED:
         if model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}"):
             yield f'<option><flag {name.lower()}="disable"/> is not allowed'
+    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
+        yield '<option><flag override="enable"/> is not allowed, for it takes the place of the floor\'s contact'
 
 
 def _tree(model: mujoco.MjModel) -> Iterator[str]:
@@ -102,6 +123,9 @@ def _tree(model: mujoco.MjModel) -> Iterator[str]:
         yield f"the root bodies are {roots}; {TRUNK!r} must be the only one"
     if any(model.geom_bodyid[i] == 0 and model.geom(i).name != FLOOR for i in range(model.ngeom)):
         yield "the world has geoms of its own; the program puts the floor under the robot, and there is nothing else"
+    for what, count in (("equality constraints", model.neq), ("tendons", model.ntendon), ("flexes", model.nflex)):
+        if count:
+            yield f"it has {what}; only trees of links with a motor a joint are allowed"
     mass, (least, most) = float(model.body_subtreemass[trunk]), MASS
     if not least <= mass <= most:
         yield f"the mass is {mass:.3g} kg; it must be from {least:g} to {most:g}"
@@ -121,6 +145,8 @@ def _joints(model: mujoco.MjModel) -> Iterator[str]:
             yield f"the joint {name!r} is no hinge"
         elif not (model.jnt_limited[i] and low < high):
             yield f"the joint {name!r} has no range"
+        elif model.qpos0[model.jnt_qposadr[i]] != 0.0:
+            yield f"the joint {name!r} has a ref; it must be 0"
 
 
 def _motors(model: mujoco.MjModel) -> Iterator[str]:
@@ -138,6 +164,9 @@ def _motors(model: mujoco.MjModel) -> Iterator[str]:
             yield f"{what} must have no gear, and more than 0 of resistance, torque and volts"
         if not (model.actuator_forcelimited[i] and model.actuator_forcerange[i, 1] > 0.0):
             yield f"{what} has no limit of its torque, saturation"
+        first = model.actuator_ctrladr[i]
+        if model.actuator_ctrllimited[first : first + model.actuator_ctrlnum[i]].any():
+            yield f"{what} has a range of its controls; their limits must be those of the joint and of the torque"
     for joint in joints:
         if driven.count(joint) != 1:
             yield f"the joint {model.joint(joint).name!r} has {driven.count(joint)} actuators; it needs one {kind}"
@@ -157,6 +186,8 @@ def _feet(model: mujoco.MjModel) -> Iterator[str]:
             yield f"the site '{side}_sole' is not in the middle of the sole's lower face, {np.round(lower, 6).tolist()}"
         if not geom.contype[0] & 1:
             yield f"the geom '{side}_sole' cannot touch the floor; its contype must have the bit 1"
+        if geom.margin[0] or geom.gap[0] or geom.priority[0]:
+            yield f"the geom '{side}_sole' has a margin, gap or priority; its contact must be that of the floor"
     left, right = (model.geom(f"{side}_sole") for side in SIDES)
     if not np.allclose(left.size[:2], right.size[:2], rtol=1e-6):
         yield f"the soles differ, {left.size[:2].tolist()} and {right.size[:2].tolist()} m; they must be alike"
@@ -194,6 +225,30 @@ def _stand(model: mujoco.MjModel) -> Iterator[str]:
             f"in {STAND!r} the soles touch or overlap: the left one is {apart:.3g} m to the left of the right one; "
             f"they are {width:.3g} m wide, and need {CLEARANCE:g} m to pass each other"
         )
+
+
+def _touched(model: mujoco.MjModel) -> Iterator[str]:
+    """Only the soles may be on the floor, and legs not inside of each other."""
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key(STAND).id)
+    mujoco.mj_kinematics(model, data)
+    data.qpos[2] -= min(data.site(f"{side}_sole").xpos[2] for side in SIDES) + NEAR
+    mujoco.mj_fwdPosition(model, data)
+    floor = model.geom(FLOOR).id
+    for contact in data.contact:
+        pair = [int(geom) for geom in contact.geom]
+        if floor in pair and model.geom(other := pair[pair[0] == floor]).name not in _SOLES:
+            yield f"in {STAND!r} {_called(model, other)} touches the floor; only the geoms of the soles may"
+        if floor not in pair and contact.dist < -EVEN * data.subtree_com[model.body(TRUNK).id][2]:
+            yield f"in {STAND!r} {_called(model, pair[0])} is inside of {_called(model, pair[1])}"
+
+
+def _called(model: mujoco.MjModel, geom: int) -> str:
+    body = model.body(int(model.geom_bodyid[geom])).name
+    if name := model.geom(geom).name:
+        return f"the geom {name!r} of the body {body!r}"
+    kind = mujoco.mjtGeom(int(model.geom_type[geom])).name.removeprefix("mjGEOM_").lower()
+    return f"a {kind} of the body {body!r}"
 
 
 def _apart(model: mujoco.MjModel, data: mujoco.MjData) -> bool:

@@ -36,19 +36,26 @@ def flat_mjcf(model: mujoco.MjModel) -> str:
     Other libraries read this alike, whatever the file does by includes, defaults, frames, Euler angles or meshes.
 
     Args:
-        model: whose joints are hinges but for one free joint.
+        model: whose joints are hinges with the reference 0, but for one free joint.
     """
     root = ET.Element("mujoco", model="flat")
     ET.SubElement(root, "compiler", angle="radian")
     elements = {0: ET.SubElement(root, "worldbody")}
     for i in range(1, model.nbody):
-        body = elements[i] = ET.SubElement(elements[int(model.body_parentid[i])], "body", name=model.body(i).name)
+        name, first = model.body(i).name, int(model.body_jntadr[i])
+        *others, last = range(first, first + int(model.body_jntnum[i])) or [-1]
+        # pinocchio takes one joint a body: the others get bodies without mass above it.
+        names = [*(f"{name} before {model.joint(joint).name}" for joint in others), name]
+        body = ET.SubElement(elements[int(model.body_parentid[i])], "body", name=names[0])
         body.attrib |= {"pos": _text(model.body_pos[i]), "quat": _text(model.body_quat[i])}
+        for joint, below in zip(others, names[1:], strict=True):
+            _add_joint(body, model, joint)
+            body = ET.SubElement(body, "body", name=below)
+        elements[i] = body
         inertial = ET.SubElement(body, "inertial", pos=_text(model.body_ipos[i]), quat=_text(model.body_iquat[i]))
         inertial.attrib |= {"mass": _text([model.body_mass[i]]), "diaginertia": _text(model.body_inertia[i])}
-        first = int(model.body_jntadr[i])
-        for joint in range(first, first + int(model.body_jntnum[i])):
-            _add_joint(body, model, joint)
+        if last >= 0:
+            _add_joint(body, model, last)
     for i in range(model.nsite):
         site = {"name": model.site(i).name, "pos": _text(model.site_pos[i]), "quat": _text(model.site_quat[i])}
         ET.SubElement(elements[int(model.site_bodyid[i])], "site", site)

@@ -12,17 +12,15 @@ _SWEEPS = 60
 _DIGITS = 9
 
 
-def straight_leg(model: mujoco.MjModel, hip: int, foot: int, hinges: Sequence[int]) -> float:
-    """The longest way from the hip's origin to the foot's that the leg's ranges allow.
+def straight_leg(model: mujoco.MjModel, hinges: Sequence[int]) -> float:
+    """The longest way from the leg's first hinge to its last one that their ranges allow.
 
     The square of that distance is a sinusoid of each angle, so that each hinge in turn is put where it is longest until
     nothing gets longer.
 
     Args:
         model: compiled.
-        hip: body of the leg's first hinge.
-        foot: body of its last one.
-        hinges: those of the leg.
+        hinges: those of the leg, from the hip down.
 
     Returns:
         The length [m], to the nanometre.
@@ -34,7 +32,7 @@ def straight_leg(model: mujoco.MjModel, hip: int, foot: int, hinges: Sequence[in
     def square(at: int, angle: float) -> float:
         data.qpos[at] = angle
         mujoco.mj_kinematics(model, data)
-        way = data.xpos[hip] - data.xpos[foot]
+        way = data.xanchor[hinges[0]] - data.xanchor[hinges[-1]]
         return float(way @ way)
 
     longest = 0.0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -20,11 +19,12 @@ from models.arena import TRUNK as TRUNK
 from models.arena import Side as Side  # re-exported: a side is a fact of a robot
 from models.conventions import FREE_JOINT as FREE_JOINT
 from models.conventions import STAND as STAND
-from models.conventions import check_conventions, leg_chain, turn_of
+from models.conventions import check_conventions, check_names, leg_chain, turn_of
 from models.errors import InputError, one_line
 from models.flat import fingerprint, flat_mjcf
 from models.reach import inertia_about, straight_leg, swinging_hinges
 from models.scale import Scale, scale_of
+from models.spoken import warnings_kept
 
 Array = NDArray[np.float64]
 
@@ -162,27 +162,20 @@ def load_robot(name: str) -> Robot:
         InputError: if the robot is unknown, or its file does not keep the conventions of `models/utmu2.xml`.
     """
     path = robot_path(name)
-    said: list[str] = []
-    # Without a listener, MuJoCo prints its warnings, and writes them into a file where the user is.
-    former = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(said.append)
     try:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always", UserWarning)
+        with warnings_kept() as said:
             robot = read_robot(_compiled(path), path)
     except UnicodeDecodeError:
         raise InputError(f"{path}: holds a name that is not UTF-8") from None
-    finally:
-        mujoco.set_mju_user_warning(former)
-    said += [str(each.message) for each in caught]
     if said:
-        raise InputError(f"{path}: MuJoCo warns: {one_line(said[0])}")
+        raise InputError(f"{path}: MuJoCo warns: {said[0]}")
     return robot
 
 
 def _compiled(path: Path) -> mujoco.MjModel:
     try:
         spec = build_arena(path)
+        check_names(spec, path)
         given = next((len(key.qpos) for key in spec.keys if key.name == STAND), None)
         model = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
@@ -209,10 +202,11 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
     torque = np.minimum(constant * volts / resistance, model.actuator_forcerange[by_joint, 1])
     speed = volts / constant
     leg_length, hip_height = _leg(model, data)
-    swinging = swinging_hinges(model, data, _hinges(model, "left"), "left_sole")
+    swinging = swinging_hinges(model, data, _leg_hinges(model), "left_sole")
     legs = {body for side in SIDES for body in leg_chain(model, side)}
-    bent = hip_height - _ankle_height(model, data)
-    straight = leg_length - _ankle_height(model, data)
+    ankle_height = float(data.xanchor[_leg_hinges(model)[-1]][2] - data.site("left_sole").xpos[2])
+    bent = hip_height - ankle_height
+    straight = leg_length - ankle_height
     return Robot(
         name=path.stem,
         path=path,
@@ -253,24 +247,23 @@ def _stance(data: mujoco.MjData, side: str) -> tuple[float, float, float]:
     return float(site.xpos[0]), float(site.xpos[1]), float(math.atan2(site.xmat[3], site.xmat[0]))
 
 
-def _hinges(model: mujoco.MjModel, side: Side) -> list[int]:
-    """Those of a leg, from the hip down."""
-    chain = leg_chain(model, side)
-    return [j for j in range(1, model.njnt) if model.jnt_bodyid[j] in chain]
-
-
 def _leg(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[float, float]:
     """Length of a straight leg down to the sole, and the hip's height now [m]."""
-    chain, site, hinges = leg_chain(model, "left"), model.site("left_sole"), _hinges(model, "left")
-    hip = next(body for body in reversed(chain) if model.body_jntnum[body])
-    sole = float(abs((turn_of(site).T @ site.pos)[2]))
-    links = straight_leg(model, hip, chain[0], hinges)
-    return links + sole, float(data.xpos[hip][2] - data.site("left_sole").xpos[2])
+    hinges, foot, site = _leg_hinges(model), leg_chain(model, "left")[0], model.site("left_sole")
+    ankle = model.jnt_pos[hinges[-1]]
+    if model.jnt_bodyid[hinges[-1]] != foot:  # the sole is of a body that is fixed to the one that the ankle turns
+        still = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, still)
+        ankle = still.xmat[foot].reshape(3, 3).T @ (still.xanchor[hinges[-1]] - still.xpos[foot])
+    sole = float(abs((turn_of(site).T @ (site.pos - ankle))[2]))
+    links = straight_leg(model, hinges)
+    return links + sole, float(data.xanchor[hinges[0]][2] - data.site("left_sole").xpos[2])
 
 
-def _ankle_height(model: mujoco.MjModel, data: mujoco.MjData) -> float:
-    foot = int(model.site("left_sole").bodyid[0])
-    return float(data.xpos[foot][2] - data.site("left_sole").xpos[2])
+def _leg_hinges(model: mujoco.MjModel) -> list[int]:
+    """Hinges of the left leg, from the hip down."""
+    chain = leg_chain(model, "left")
+    return [j for j in range(1, model.njnt) if model.jnt_bodyid[j] in chain]
 
 
 def _frozen(values: Array) -> Array:

@@ -42,12 +42,12 @@ def source_of(name: str) -> Path:
     return Path(next(iter(spec.submodule_search_locations))) / _MENAGERIE / KNOWN[name]
 
 
-def adopted(name: str, progress: Callable[[str], None] | None = None) -> Path:
+def adopted(name: str, progress: Callable[[float], None] | None = None) -> Path:
     """The file of a robot of `KNOWN`, adopted once and kept in the user's cache.
 
     Args:
         name: a key of `KNOWN`.
-        progress: called with the name of each stage of the adoption; None says on stderr that it takes a moment.
+        progress: called with the share of the adoption that is done; None says on stderr that it takes a moment.
 
     Raises:
         InputError: if the extra is not installed, or the robot cannot be adopted.
@@ -59,7 +59,7 @@ def adopted(name: str, progress: Callable[[str], None] | None = None) -> Path:
         if progress is None:
             print(f"adopting the robot {name!r} into {folder}; once, some seconds", file=sys.stderr)
         try:
-            adopt(source, folder, hints=Hints(name=name), progress=progress or (lambda stage: None))
+            adopt(source, folder, hints=Hints(name=name), progress=progress or (lambda done: None))
         except InputError:
             if not path.is_file():  # somebody else was quicker, and has written the same
                 raise
@@ -74,7 +74,8 @@ def _cache() -> Path:
 def _key(source: Path) -> str:
     """Of the robot's file and of the code that adopts it: either may change, and then it is adopted anew."""
     digest = hashlib.sha256(fingerprint(source).encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in sorted(Path(__file__).parent.parent.glob("**/*.py")):
         digest.update(path.read_bytes())
-    digest.update(version("mujoco").encode())
+    for library in ("mujoco", "numpy", "scipy"):
+        digest.update(version(library).encode())
     return digest.hexdigest()[:16]

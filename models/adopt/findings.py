@@ -26,24 +26,38 @@ def findings(source: Source, robot: Robot, soles: dict[Side, Sole], stand: Stand
         "",
         "| | found |",
         "|---|---|",
-        f"| root | `{model.body(source.root).name}`, called `trunk` now |",
-        f"| mass | {robot.mass:.2f} kg |",
-        f"| feet | `{feet['left']}`, `{feet['right']}` |",
-        f"| soles | {100 * size[0]:.1f} x {100 * size[1]:.1f} cm, {100 * depth:.1f} cm below the foot's joint |",
-        f"| joints of the left leg | {legs['left']} |",
-        f"| joints of the right leg | {legs['right']} |",
-        f"| posture joints | {', '.join(posture) or 'none'} |",
-        f"| stand | {stand.words}: hip {stand.hip:.3f} m over the soles, {stand.straight:.3f} m with a straight leg; "
-        f"soles {robot.stance_width:.3f} m apart |",
-        f"| COG | {robot.cog_height:.3f} m over the soles; omega {robot.omega:.2f} 1/s |",
+        _cells("root", f"`{model.body(source.root).name}`, called `trunk` now"),
+        _cells("mass", f"{robot.mass:.2f} kg"),
+        _cells("feet", f"`{feet['left']}`, `{feet['right']}`"),
+        _cells("soles", f"{100 * size[0]:.1f} x {100 * size[1]:.1f} cm, {100 * depth:.1f} cm below the foot's joint"),
+        _cells("joints of the left leg", legs["left"]),
+        _cells("joints of the right leg", legs["right"]),
+        _cells("posture joints", ", ".join(posture) or "none"),
+        _cells(
+            "stand",
+            f"{stand.words}: hip {stand.hip:.3f} m over the soles, {stand.straight:.3f} m with a straight leg; "
+            f"soles {robot.stance_width:.3f} m apart",
+        ),
+        _cells("COG", f"{robot.cog_height:.3f} m over the soles; omega {robot.omega:.2f} 1/s"),
         "",
         "## Motors, at the joint",
         "",
-        "| joint | stall [N m] | no load [rad/s] | servo [N m/rad], [N m s/rad] | armature | friction | damping |",
-        "|---|---|---|---|---|---|---|",
+        "Torque at standstill [N m]; speed without load [rad/s]; the servo's gains kp [N m/rad] and kd [N m s/rad]; "
+        "the rotor's inertia [kg m^2]; dry friction [N m]; damping [N m s/rad].",
+        "",
+        "| joint | torque | speed | kp | kd | rotor | friction | damping |",
+        "|---|---|---|---|---|---|---|---|",
         *(
-            f"| {s.joint} | {s.torque:.3g} | {s.speed:.3g}{' (assumed)' if s.assumed else ''} | {s.stiffness:.3g}, "
-            f"{s.servo_damping:.3g} | {s.armature:.3g} | {s.friction:.3g} | {s.damping:.3g} |"
+            _cells(
+                s.joint,
+                f"{s.torque:.3g}",
+                f"{s.speed:.3g}{' (assumed)' if s.assumed else ''}",
+                f"{s.stiffness:.4g}",
+                f"{s.servo_damping:.3g}",
+                f"{s.armature:.3g}",
+                f"{s.friction:.3g}",
+                f"{s.damping:.3g}",
+            )
             for s in servos
         ),
         "",
@@ -52,6 +66,11 @@ def findings(source: Source, robot: Robot, soles: dict[Side, Sole], stand: Stand
         *(f"- {each}" for each in _choices(source, servos)),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _cells(*texts: str) -> str:
+    """A row of a table, whatever is in the names."""
+    return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"
 
 
 def _choices(source: Source, servos: list[Servo]) -> Iterator[str]:

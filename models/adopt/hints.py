@@ -59,7 +59,7 @@ class Hints(_Table):
         motors: pattern of joints -> what is known of their motors; of several that match, the last one says.
     """
 
-    name: str | None = Field(default=None, pattern=r"^[A-Za-z0-9_.-]+$")
+    name: str | None = Field(default=None, pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")
     keyframe: str | None = None
     stand: Literal["bent", "keyframe"] = "bent"
     bend: float = Field(default=0.85, ge=0.5, le=0.98)
@@ -79,17 +79,16 @@ class Hints(_Table):
                 said |= motor.model_dump(exclude_none=True)
         return Motor(**said)
 
-    def check_patterns(self, joints: Iterable[str], where: str) -> None:
-        """Refuse a pattern that no joint's name matches.
+    def check_patterns(self, field: Literal["weld", "motors"], joints: Iterable[str], where: str) -> None:
+        """Refuse a pattern of a field that no joint's name matches.
 
         Raises:
             InputError: names the pattern and the joints there are.
         """
         names = list(joints)
-        for field, patterns in (("weld", self.weld), ("motors", self.motors)):
-            for pattern in patterns:
-                if not fnmatch.filter(names, pattern):
-                    raise InputError(f"{where}: {field}: {pattern!r} matches none of the joints {', '.join(names)}")
+        for pattern in self.weld if field == "weld" else self.motors:
+            if not any(fnmatch.fnmatchcase(name, pattern) for name in names):
+                raise InputError(f"{where}: {field}: {pattern!r} matches none of the joints {', '.join(names)}")
 
 
 def read_hints(path: Path) -> Hints:

@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 import shutil
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from models.adopt.clean import listed
 from models.adopt.servos import Servo
 from models.adopt.soles import Sole, lowest_point
 from models.adopt.source import Source
 from models.adopt.stand import Stand
 from models.arena import SIDES, TRUNK, Side
 from models.conventions import FREE_JOINT, STAND
-from models.errors import InputError
+from models.errors import InputError, one_line
 
 ASSETS = "assets"
 
@@ -45,9 +45,7 @@ def rewrite(source: Source, soles: dict[Side, Sole], stand: Stand, servos: list[
     """The robot in our conventions, as a compiled specification; `write` puts it into files."""
     spec = source.spec
     _write_inertias_out(source)
-    for side in SIDES:
-        _clear_names(spec, f"{side}_sole")
-    _set_contacts(source)
+    _set_contacts(source, stand)
     for side in SIDES:
         _add_sole(source, side, soles[side])
     _set_root(source)
@@ -55,7 +53,10 @@ def rewrite(source: Source, soles: dict[Side, Sole], stand: Stand, servos: list[
     for key in list(spec.keys):
         spec.delete(key)
     spec.add_key(name=STAND, qpos=stand.qpos)
-    spec.compile()
+    try:
+        spec.compile()
+    except (ValueError, mujoco.FatalError) as error:
+        raise InputError(f"{source.path}: cannot be rewritten: {one_line(error)}") from None
     return spec
 
 
@@ -71,7 +72,10 @@ def write(spec: mujoco.MjSpec, source: Path, folder: Path, name: str) -> Path:
     Raises:
         InputError: if a mesh or a texture cannot be read.
     """
-    tree = ET.fromstring(spec.to_xml())
+    try:
+        tree = ET.fromstring(spec.to_xml())
+    except ET.ParseError as error:
+        raise InputError(f"{source}: holds a name that cannot be written: {error}") from None
     tree.set("model", name)
     compiler = tree.find("compiler")
     if compiler is None:
@@ -79,6 +83,7 @@ def write(spec: mujoco.MjSpec, source: Path, folder: Path, name: str) -> Path:
     for key in ("meshdir", "texturedir", "assetdir", "strippath"):
         compiler.attrib.pop(key, None)
     _copy_assets(spec, tree, source, folder)
+    _give_way_to_the_floor(tree)
     ET.indent(tree)
     path = folder / f"{name}.xml"
     path.write_text(ET.tostring(tree, encoding="unicode") + "\n", encoding="utf-8")
@@ -88,9 +93,13 @@ def write(spec: mujoco.MjSpec, source: Path, folder: Path, name: str) -> Path:
 def _copy_assets(spec: mujoco.MjSpec, tree: ET.Element, source: Path, folder: Path) -> None:
     taken: dict[str, Path] = {}
     for kind, beside in (("mesh", spec.meshdir), ("texture", spec.texturedir)):
-        for element in tree.iterfind(f"asset/{kind}"):
-            if (named := element.get("file")) is None:
-                continue
+        named_files = [
+            (element, key, named)
+            for element in tree.iterfind(f"asset/{kind}")
+            for key, named in element.items()
+            if key.startswith("file")
+        ]
+        for element, key, named in named_files:
             original = Path(spec.modelfiledir or source.parent) / (beside or "") / named
             if kind == "mesh" and element.get("name") is None:
                 element.set("name", Path(named).stem)
@@ -104,12 +113,25 @@ def _copy_assets(spec: mujoco.MjSpec, tree: ET.Element, source: Path, folder: Pa
                 except OSError as error:
                     raise InputError(f"{source}: {original} cannot be copied: {error.strerror}") from None
             taken[target] = original
-            element.set("file", f"{ASSETS}/{target}")
+            element.set(key, f"{ASSETS}/{target}")
+
+
+def _give_way_to_the_floor(tree: ET.Element) -> None:
+    """Rename a texture and a material that are called like those of the program's floor."""
+    for kind in ("texture", "material"):
+        for called in tree.iterfind(f"asset/{kind}"):
+            if called.get("name") in ("floor", "sky"):
+                called.set("name", f"{called.get('name')}_of_file")
+        for user in tree.iter():
+            if user.get(kind) in ("floor", "sky"):
+                user.set(kind, f"{user.get(kind)}_of_file")
 
 
 def _write_inertias_out(source: Source) -> None:
     """What MuJoCo made of geoms and density stands in the file, so that geoms may change."""
-    model = source.model
+    model, compiler = source.model, source.spec.compiler
+    compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    compiler.settotalmass, compiler.boundmass, compiler.boundinertia = -1.0, 0.0, 0.0
     for i in range(1, model.nbody):
         body = source.spec.body(model.body(i).name)
         body.explicitinertial = True
@@ -120,17 +142,11 @@ def _write_inertias_out(source: Source) -> None:
             body.mass, body.inertia = 1e-6, [1e-9] * 3
 
 
-def _clear_names(spec: mujoco.MjSpec, name: str) -> None:
-    for kind in (spec.bodies, spec.joints, spec.geoms, spec.sites):
-        for thing in kind:
-            if thing.name == name:
-                thing.name = f"{name}_of_file"
-
-
-def _set_contacts(source: Source) -> None:
+def _set_contacts(source: Source, stand: Stand) -> None:
     """Primitives keep their contact; a capsule stands for a mesh; what is only seen touches nothing."""
     model, data, spec = source.model, source.data, source.spec
-    source.go_home()
+    data.qpos[:] = stand.qpos  # the soles are level
+    mujoco.mj_kinematics(model, data)
     on_leg = {side: {int(model.jnt_bodyid[j]) for j in source.legs[side]} for side in SIDES}
     for i in range(1, model.nbody):
         chain = source.chain(i)
@@ -146,6 +162,8 @@ def _set_contacts(source: Source) -> None:
         primitives = [g for g in solid if model.geom_type[g] != mujoco.mjtGeom.mjGEOM_MESH]
         for geom, g in zip(list(body.geoms), geoms, strict=True):
             geom.mass = 0.0
+            geom.margin = geom.gap = 0.0
+            geom.priority = 0
             if g in seen:
                 geom.contype = geom.conaffinity = 0
                 continue
@@ -183,6 +201,9 @@ def _add_capsule(body: mujoco.MjsBody, model: mujoco.MjModel, g: int, contype: i
         contype=contype,
         conaffinity=conaffinity,
         mass=0.0,
+        margin=0.0,
+        gap=0.0,
+        priority=0,
         group=_HIDDEN,
         rgba=_PLAIN_COLOUR,
     )
@@ -203,6 +224,9 @@ def _add_sole(source: Source, side: Side, sole: Sole) -> None:
         contype=contype,
         conaffinity=conaffinity,
         mass=0.0,
+        margin=0.0,
+        gap=0.0,
+        priority=0,
         group=_SEEN,
         rgba=_SOLE_COLOUR,
     )
@@ -213,28 +237,27 @@ def _set_root(source: Source) -> None:
     spec = source.spec
     root = spec.body(source.model.body(source.root).name)
     (free,) = (joint for joint in root.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE)
-    for name, own in ((TRUNK, root), (FREE_JOINT, free)):
-        if own.name != name:
-            _clear_names(spec, name)
-            own.name = name
+    root.name, free.name = TRUNK, FREE_JOINT
     root.pos, root.quat = [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
 
 
 def _set_joints(source: Source, servos: list[Servo]) -> None:
     spec, unlimited = source.spec, []
-    # The compiler reads ranges in the unit of the source file.
-    unit = math.degrees(1.0) if spec.compiler.degree else 1.0
+    per_radian = math.degrees(1.0) if spec.compiler.degree else 1.0
     for actuator in list(spec.actuators):
         spec.delete(actuator)
     for servo, j in zip(servos, range(1, source.model.njnt), strict=True):
         joint = spec.joint(servo.joint)
         limited = bool(source.model.jnt_limited[j])
         joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
-        joint.range = unit * (source.model.jnt_range[j] if limited else np.array([-_LIMIT, _LIMIT]))
+        joint.range = per_radian * (source.model.jnt_range[j] if limited else np.array([-_LIMIT, _LIMIT]))
         unlimited += [] if limited else [servo.joint]
         joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
         joint.armature, joint.frictionloss, joint.damping = servo.armature, servo.friction, [servo.damping, 0.0, 0.0]
         motor = spec.add_actuator(name=servo.joint, target=servo.joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        # The defaults of the file's own motors are none of this one's.
+        motor.ctrllimited = motor.actlimited = mujoco.mjtLimited.mjLIMITED_FALSE
+        motor.gear, motor.delay, motor.armature = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.0, 0.0
         motor.set_to_dcmotor(
             [0.0, 0.0],
             0.0,
@@ -244,9 +267,7 @@ def _set_joints(source: Source, servos: list[Servo]) -> None:
             ctrlspec=_POS_VEL_FF,
         )
     if unlimited:
-        source.notes.append(f"joints without a range got -pi to pi: {_listed(unlimited)}")
-
-
-def _listed(names: Iterable[str]) -> str:
-    names = list(names)
-    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
+        source.notes.append(f"joints without a range got -pi to pi: {listed(unlimited)}")
+    springs = [joint.name for joint in spec.joints if np.any(joint.stiffness)]
+    if springs:
+        source.notes.append(f"springs were left in, of which the built-in controllers know nothing: {listed(springs)}")

@@ -15,6 +15,7 @@ _BACK_EMF = (1.0, 60.0)
 _STIFFNESS = 20.0
 """Gain of the servo by the rule, as a share of the stall torque [1/rad]: a twentieth of a radian takes all of it."""
 _DAMPING_RATIO = 0.7
+_OF_A_JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,10 +51,14 @@ def read_servos(source: Source) -> list[Servo]:
         InputError: if a joint has no motor, or no limit of its torque, and the hints do not say it either.
     """
     model = source.model
-    source.hints.check_patterns([model.joint(j).name for j in range(1, model.njnt)], str(source.path))
-    for i in range(model.nu):
-        if model.actuator_trntype[i] != mujoco.mjtTrn.mjTRN_JOINT:
-            raise InputError(f"{source.path}: the actuator {model.actuator(i).name!r} drives no joint")
+    source.hints.check_patterns("motors", [model.joint(j).name for j in range(1, model.njnt)], str(source.path))
+    for i in range(model.nactuator):
+        name = model.actuator(i).name
+        what = f"the actuator {name!r}" if name else f"actuator {i}, which has no name,"
+        if model.actuator_trntype[i] not in _OF_A_JOINT:
+            raise InputError(f"{source.path}: {what} drives no joint; only motors of hinges are taken")
+        if model.actuator_trnid[i, 0] == 0:
+            source.notes.append(f"{what} pushes the floating root; it was left out")
     return [_servo(source, j) for j in range(1, model.njnt)]
 
 
@@ -61,7 +66,7 @@ def _servo(source: Source, joint: int) -> Servo:
     model, hints = source.model, source.hints
     name, dof = model.joint(joint).name, int(model.jnt_dofadr[joint])
     said = hints.motor(name)
-    actuators = [i for i in range(model.nu) if model.actuator_trnid[i, 0] == joint]
+    actuators = [i for i in range(model.nactuator) if model.actuator_trnid[i, 0] == joint]
     torque = said.torque or _torque_limit(model, joint, actuators)
     if torque is None:
         what = "no limit of its torque" if actuators else "no motor"
@@ -70,7 +75,7 @@ def _servo(source: Source, joint: int) -> Servo:
             f'take the joint out, weld = ["{name}"]'
         )
     damping, assumed = float(model.dof_damping[dof]), ""
-    speed = said.speed
+    speed = said.speed or _no_load_speed(model, actuators)
     # A damping that eats the whole torque at a speed that motors do reach is the back-EMF, told in another way.
     is_back_emf = said.damping is None and damping > 0.0 and _BACK_EMF[0] < torque / damping < _BACK_EMF[1]
     if speed is None and is_back_emf and hints.servos == "rule":
@@ -103,9 +108,27 @@ def _torque_limit(model: mujoco.MjModel, joint: int, actuators: list[int]) -> fl
         gear = abs(float(model.actuator_gear[i, 0]))
         if model.actuator_forcelimited[i]:
             limits.append(gear * float(model.actuator_forcerange[i, 1]))
-        if model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_NONE and model.actuator_ctrllimited[i]:
-            limits.append(gear * float(model.actuator_gainprm[i, 0] * model.actuator_ctrlrange[i, 1]))
+        control = int(model.actuator_ctrladr[i])
+        is_motor = model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_FIXED
+        if (
+            is_motor
+            and model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_NONE
+            and model.actuator_ctrllimited[control]
+        ):
+            limits.append(gear * abs(float(model.actuator_gainprm[i, 0] * model.actuator_ctrlrange[control, 1])))
+        if model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_DCMOTOR:
+            resistance, constant, volts = model.actuator_gainprm[i, [0, 1, 7]]
+            limits.append(gear * float(constant * volts / resistance))
     return min((limit for limit in limits if limit > 0.0), default=None)
+
+
+def _no_load_speed(model: mujoco.MjModel, actuators: list[int]) -> float | None:
+    """That of a <dcmotor> that knows its volts [rad/s], at the joint; None for other actuators."""
+    for i in actuators:
+        _, constant, volts = model.actuator_gainprm[i, [0, 1, 7]]
+        if model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_DCMOTOR and volts > 0.0:
+            return float(volts / constant / abs(model.actuator_gear[i, 0]))
+    return None
 
 
 def _link_inertia(model: mujoco.MjModel, joint: int) -> float:
@@ -118,7 +141,9 @@ def _link_inertia(model: mujoco.MjModel, joint: int) -> float:
 def _gains_of_file(source: Source, joint: str, actuators: list[int]) -> tuple[float, float]:
     model = source.model
     for i in actuators:
-        gear, stiffness = float(model.actuator_gear[i, 0]), float(model.actuator_gainprm[i, 0])
+        gear, stiffness = float(model.actuator_gear[i, 0]), -float(model.actuator_biasprm[i, 1])
+        if model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_DCMOTOR and model.actuator_gainprm[i, 4] > 0.0:
+            return gear**2 * float(model.actuator_gainprm[i, 4]), gear**2 * float(model.actuator_gainprm[i, 6])
         if model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_AFFINE and stiffness > 0.0:
             return gear**2 * stiffness, -(gear**2) * float(model.actuator_biasprm[i, 2])
     raise InputError(f'{source.path}: servos = "file": the joint {joint!r} has no position servo whose gains to take')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import mujoco
@@ -23,6 +24,8 @@ _BETWEEN = 0.01
 _SOLVED = 2e-4
 """Cost of the least-squares problem at which a stand is one."""
 _STRAIGHTER = (0.87, 0.89, 0.91, 0.93, 0.95)
+_LONGEST = 5.0
+"""Of a straight leg [m]."""
 _DIGITS = 7
 """Of what is written: machines differ in the last ones of a solver's."""
 
@@ -44,30 +47,46 @@ class Stand:
     words: str
 
 
-def find_stand(source: Source, soles: dict[Side, Sole]) -> Stand:
+def find_stand(source: Source, soles: dict[Side, Sole], progress: Callable[[float], None] = lambda done: None) -> Stand:
     """Find the stand that the hints ask for.
+
+    Args:
+        source: the robot, its legs known.
+        soles: its soles.
+        progress: called with the share of the search that is done, from 0 to 1.
 
     Raises:
         InputError: if no pose has flat soles under the COG at that height.
     """
     model, data = source.model, source.data
-    chains = {side: [int(model.jnt_bodyid[j]) for j in source.legs[side]] for side in SIDES}
-    straight = straight_leg(model, chains["left"][0], soles["left"].body, source.legs["left"]) + soles["left"].depth
-    hip = chains["left"][0]
+    hip, ankle = source.legs["left"][0], source.legs["left"][-1]
+    down = soles["left"].turn[:, 2] @ model.jnt_pos[ankle] if model.jnt_bodyid[ankle] == soles["left"].body else 0.0
+    straight = straight_leg(model, source.legs["left"]) + soles["left"].depth + float(down)
+    if straight > _LONGEST:
+        raise InputError(
+            f"{source.path}: a straight leg is {straight:.3g} m long; it must be at most {_LONGEST:g} m: are its "
+            f"lengths in metres?"
+        )
     source.go_home()
     home = data.qpos.copy()
     if source.hints.stand == "keyframe":
         ground = float(_place(data, soles["left"])[0][2])
-        home[2] -= ground
+        home[:3] -= [*np.mean([_place(data, soles[side])[0][:2] for side in SIDES], axis=0), ground]
         return Stand(
-            qpos=np.round(home, _DIGITS), hip=float(data.xpos[hip][2]) - ground, straight=straight, words="as at home"
+            qpos=np.round(home, _DIGITS),
+            hip=float(data.xanchor[hip][2]) - ground,
+            straight=straight,
+            words="as at home",
         )
     problem = _Problem(source, soles, home)
     asked = source.hints.bend
     found = None
     # Ranges of the ankle may not allow knees that are bent so much.
-    for bend in (asked, *(share for share in _STRAIGHTER if share > asked)):
-        if (found := problem.best(bend * straight)) is not None:
+    bends = (asked, *(share for share in _STRAIGHTER if share > asked))
+    for tried, bend in enumerate(bends):
+        # Each search gets half of what is left of the bar: the first one is mostly the last.
+        begun = 1.0 - 0.5**tried
+        if (found := problem.best(bend * straight, progress, begun, 1.0 - 0.5 ** (tried + 1))) is not None:
             break
     if found is None:
         raise InputError(
@@ -79,7 +98,7 @@ def find_stand(source: Source, soles: dict[Side, Sole]) -> Stand:
             f"the ranges of the joints allow no stand at {asked:g} of a straight leg; it is at {bend:g}"
         )
     problem.put(found)
-    height = float(data.xpos[hip][2] - _place(data, soles["left"])[0][2])
+    height = float(data.xanchor[hip][2] - _place(data, soles["left"])[0][2])
     return Stand(
         qpos=np.round(data.qpos.copy(), _DIGITS), hip=height, straight=straight, words="knees bent by a solver"
     )
@@ -103,7 +122,7 @@ class _Problem:
         self._upright = home.copy()
         self._upright[3:7] = [1.0, 0.0, 0.0, 0.0]
         self._home = home[self._address]
-        self._hip, self._foot = int(model.jnt_bodyid[source.legs["left"][0]]), soles["left"].body
+        self._hip, self._foot = source.legs["left"][0], soles["left"].body
         self._height = 0.0
         source.data.qpos[:] = self._upright
         mujoco.mj_kinematics(model, source.data)
@@ -118,7 +137,7 @@ class _Problem:
         mujoco.mj_kinematics(self._source.model, data)
         mujoco.mj_comPos(self._source.model, data)
 
-    def best(self, height: float) -> Array | None:
+    def best(self, height: float, progress: Callable[[float], None], begun: float, over: float) -> Array | None:
         """The pose with the hip at a height [m] and knees ahead, nearest to home; None if none stands."""
         self._height = height
         n = len(self._home) // 2
@@ -127,7 +146,8 @@ class _Problem:
         # Which hinge folds the leg, and which way, is not known; the sides may be mirrored.
         turns = [(k, a, b) for k in range(n) for a in (0.7, -0.7) for b in (a, -a)]
         offsets = [np.zeros(2 * n)] + [np.repeat([a, b], n) * np.tile(np.arange(n) == k, 2) for k, a, b in turns]
-        for offset in offsets:
+        for tried, offset in enumerate(offsets):
+            progress(begun + (over - begun) * tried / len(offsets))
             start = np.clip(self._home + offset, self._low + edge, self._high - edge)
             bounds = np.r_[-9.0, -9.0, -9.0, self._low], np.r_[9.0, 9.0, 9.0, self._high]
             guess = np.r_[0.0, 0.0, self._height, start]
@@ -141,8 +161,8 @@ class _Problem:
         """How far the foremost joint of the leg is ahead of the hip [m]."""
         source, data = self._source, self._source.data
         chain = source.chain(self._foot)
-        between = chain[1 : chain.index(self._hip)]
-        return max((float(data.xpos[b][0]) for b in between), default=0.0) - float(data.xpos[self._hip][0])
+        between = chain[1 : chain.index(int(source.model.jnt_bodyid[self._hip]))]
+        return max((float(data.xpos[b][0]) for b in between), default=0.0) - float(data.xanchor[self._hip][0])
 
     def _residual(self, v: Array) -> Array:
         self.put(v)
@@ -155,5 +175,5 @@ class _Problem:
         middle = np.mean(middles, axis=0)
         cog = data.subtree_com[self._source.root]
         rest += [10 * middle[0], 10 * (middle[0] - cog[0]), 5 * cog[1], 5 * (middles[0][0] - middles[1][0])]
-        rest.append(10 * (data.xpos[self._hip][2] - self._height))
+        rest.append(10 * (data.xanchor[self._hip][2] - self._height))
         return np.concatenate([rest, 2e-3 * (v[3:] - self._home)])

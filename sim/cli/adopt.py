@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from models.errors import InputError
-from sim.cli.terminal import progress_bar
+from models.errors import InputError, OkiagariError
+from sim.cli.terminal import print_markdown, progress_bar
 
 STOOD = 5.0
 """How long a robot that was adopted is looked at [s]."""
+PICTURE = "stand.png"
 
 
 def register(app: typer.Typer) -> None:
@@ -46,39 +48,35 @@ def adopt(
     said = read_hints(hints) if hints is not None else None
     if source in KNOWN:
         said = (said or Hints()).model_copy(update={"name": source} if said is None or said.name is None else {})
-    stages = iter(range(1, 9))
-    with progress_bar(f"adopting {path.stem}", 4) as bar:
-        done = adoption.adopt(path, out, hints=said, progress=lambda stage: bar(next(stages)) if bar else None)
-    print(done.report, end="")
-    print(f"\n{_stands(done.robot.path)}")
-    _draw(done.robot.path, out / "stand.png")
+    with progress_bar(f"adopting {path.stem}", 2.0) as bar:
+        show = bar or (lambda done: None)
+        done = adoption.adopt(path, out, hints=said, progress=show, trial=lambda robot: _trial(robot, show))
+    print_markdown(done.report)
     print(f'written to {out}; use it with  robot = "{done.robot.path}"')
 
 
-def _stands(path: Path) -> str:
-    """What becomes of the robot when nobody pushes it, in words."""
+def _trial(robot: Path, progress: Callable[[float], None]) -> str:
+    """What becomes of the robot when nobody pushes it, in words, and a picture of its stand beside it."""
     from scenarios.schema import Scenario
+    from sim.cli.film import why_no_video
     from sim.episode.episode import run_episode
 
     scenario = Scenario.model_validate(
-        {"description": "nobody pushes", "world": "humanoid", "robot": str(path), "duration": STOOD}
+        {"description": "nobody pushes", "world": "humanoid", "robot": str(robot), "duration": STOOD}
     )
     try:
-        with progress_bar("standing", STOOD) as bar:
-            outcome = run_episode(scenario, progress=bar, polygons=False).outcome
-    except InputError as error:
-        return f"The built-in supervisor cannot be built for it: {error}"
-    if outcome.time_of_fall is not None:
-        return f"It does not stand: {outcome.reason}, after {outcome.time_of_fall:.2f} s under the built-in supervisor."
-    return f"It stands: {outcome.reason} after {STOOD:g} s under the built-in supervisor, nobody pushing."
-
-
-def _draw(robot: Path, picture: Path) -> None:
-    from sim.cli.film import why_no_video
-
+        outcome = run_episode(scenario, progress=lambda time: progress(1.0 + time / STOOD), polygons=False).outcome
+    except OkiagariError as error:
+        words = f"The built-in supervisor cannot be built for it: {str(error).removeprefix(f'{robot}: ')}."
+    else:
+        if outcome.time_of_fall is not None:
+            words = f"It does not stand: {outcome.reason}, after {outcome.time_of_fall:.2f} s "
+        else:
+            words = f"It stands: {outcome.reason} after {STOOD:g} s "
+        words += "under the built-in supervisor, nobody pushing."
     if (note := why_no_video()) is not None:
-        print(f"no picture: {note}")
-        return
+        return f"{words} No picture: {note}"
     from sim.viz.portrait import draw_portrait
 
-    draw_portrait(robot, picture)
+    draw_portrait(robot, robot.parent / PICTURE)
+    return f"{words} Its stand is drawn in {PICTURE}."

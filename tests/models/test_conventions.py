@@ -21,6 +21,10 @@ from tests.models.robot_files import (
     three_actuators,
 )
 
+NAMED_HEEL = 'name="heel" '
+HEEL = f'<geom {NAMED_HEEL}type="sphere" size="0.01" pos="-0.02 0 -0.0477"/>'
+THICK = '<geom type="sphere" size="0.08"/>'
+
 WRONG = {
     "no gravity": (optioned('<option gravity="0 0 0"/>'), "gravity is [0.0, 0.0, 0.0]; it must be straight down"),
     "gravity upward": (optioned('<option gravity="0 0 9.81"/>'), "gravity is [0.0, 0.0, 9.81]; it must be"),
@@ -92,6 +96,52 @@ WRONG = {
     "two of one name": (
         replaced(('<body name="left_foot">', '<body name="left_sole">')),
         "'left_sole' is the name of several bodies, joints and sites",
+    ),
+    "no sensors, and no sole": (
+        TEXT.replace('geom name="left_sole"', 'geom name="left_foot_box"'),
+        "the robot has no geom named 'left_sole'; models/utmu2.xml lists the conventions",
+    ),
+    "no trunk": (TEXT.replace('<body name="trunk"', '<body name="body"'), "the robot has no body named 'trunk'"),
+    "no stand": (TEXT.replace('key name="stand"', 'key name="home"'), "the robot has no keyframe named 'stand'"),
+    "a heel beside the sole": (
+        replaced((f'<geom name="left_sole" {SOLE}', f'{HEEL}<geom name="left_sole" {SOLE}')),
+        "in 'stand' the geom 'heel' of the body 'left_foot' touches the floor; only the geoms of the soles may",
+    ),
+    "a nameless heel": (
+        replaced((f'<geom name="left_sole" {SOLE}', f'{HEEL.replace(NAMED_HEEL, "")}<geom name="left_sole" {SOLE}')),
+        "in 'stand' a sphere of the body 'left_foot' touches the floor",
+    ),
+    "a heel a hair above": (
+        replaced(
+            (f'<geom name="left_sole" {SOLE}', f'{HEEL.replace("-0.0477", "-0.0469")}<geom name="left_sole" {SOLE}')
+        ),
+        "the geom 'heel' of the body 'left_foot' touches the floor",
+    ),
+    "thighs in each other": (
+        replaced(('<body name="left_thigh"', f'{THICK}<body name="left_thigh"')),
+        "in 'stand' a sphere of the body 'left_hip_roll_link' is inside of ",
+    ),
+    "a soft sole": (replaced((SOLE, f'margin="0.01" {SOLE}')), "'left_sole' has a margin, gap or priority"),
+    "a sole of its own friction": (replaced((SOLE, f'priority="2" {SOLE}')), "'left_sole' has a margin, gap or prior"),
+    "a ref": (
+        replaced(('<joint name="left_elbow"', '<joint ref="0.1" name="left_elbow"')),
+        "the joint 'left_elbow' has a ref; it must be 0",
+    ),
+    "controls that are cut": (
+        replaced(('<dcmotor name="left_knee"', '<dcmotor ctrllimited="true" ctrlrange="-1 1" name="left_knee"')),
+        "the actuator 'left_knee' has a range of its controls",
+    ),
+    "a loop": (
+        replaced(("</worldbody>", '</worldbody><equality><joint joint1="left_elbow"/></equality>')),
+        "it has equality constraints; only trees of links with a motor a joint are allowed",
+    ),
+    "a cord": (
+        replaced(("</worldbody>", '</worldbody><tendon><fixed><joint joint="left_elbow" coef="1"/></fixed></tendon>')),
+        "it has tendons; only trees",
+    ),
+    "contact of its own": (
+        optioned('<option><flag override="enable"/></option>'),
+        '<flag override="enable"/> is not allowed',
     ),
     "nothing": ("", "not a readable MJCF robot"),
     "half": (TEXT[:4000], "not a readable MJCF robot"),
