@@ -136,9 +136,6 @@ def _tree(model: mujoco.MjModel) -> Iterator[str]:
 def _joints(model: mujoco.MjModel) -> Iterator[str]:
     if model.njnt - 1 > MOST_JOINTS:
         yield f"it has {model.njnt - 1} joints; at most {MOST_JOINTS} are allowed"
-    for i in range(1, model.nbody):
-        if model.body_jntnum[i] > 1:
-            yield f"the body {model.body(i).name!r} has {model.body_jntnum[i]} joints; each needs a body of its own"
     for i in range(1, model.njnt):
         name, (low, high) = model.joint(i).name, model.jnt_range[i]
         if model.jnt_type[i] != mujoco.mjtJoint.mjJNT_HINGE:

@@ -63,7 +63,6 @@ def test_defaults_are_those_of_the_format(tmp_path: Path) -> None:
         "gain": {"kind": "dcm", "k": 1.5},
         "stepping": {
             "rule": "sets",
-            "step_times": [0.12, 0.15, 0.18],
             "max_steps": 8,
             "zmp_margin": 0.008,
             "zmp_error": 0.0,
