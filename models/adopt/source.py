@@ -144,7 +144,6 @@ def _refuse_no_numbers(model: mujoco.MjModel, path: Path) -> None:
         ("actuator", model.actuator, (model.actuator_gear, model.actuator_gainprm, model.actuator_forcerange)),
     ):
         for array in arrays:
-            wrong = ~np.isfinite(array.reshape(len(array), -1)).all(axis=1)
-            if wrong.any():
-                name = part(int(wrong.argmax())).name
-                raise InputError(f"{path}: the {what} {name!r} has a number that is not finite")
+            for i, numbers in enumerate(array):
+                if not np.isfinite(numbers).all():
+                    raise InputError(f"{path}: the {what} {part(i).name!r} has a number that is not finite")
