@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from controllers.learned.onnx_policy import OnnxPolicy
+from models.adopt.hints import read_hints
 from models.errors import InputError
 from scenarios.catalogue import load
 
@@ -28,3 +29,12 @@ def test_an_example_is_read_once_its_files_are_there(name: str, tmp_path: Path) 
     assert options.gait is not None
     assert (options.gait.standing is None) is (name == "bh")
     assert tomllib.loads(text)["judge"] == {"rest": "upright"}
+
+
+@pytest.mark.parametrize("name", ["t1", "bh"])
+def test_an_example_says_how_its_robot_is_adopted_and_pushed(name: str) -> None:
+    hints = read_hints(EXAMPLES / f"{name}_robot.toml")
+    assert (hints.name, hints.keyframe, hints.servos, hints.stand) == (name, "home", "file", "keyframe")
+    suite = tomllib.loads((EXAMPLES / f"{name}_push.toml").read_text(encoding="utf-8"))
+    assert suite["scenario"] == f"{name}.toml"
+    assert suite["axes"]["controller"] == ["onnx", "supervisor", "statue"]
