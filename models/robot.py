@@ -28,6 +28,8 @@ from models.reach import straight_leg
 Array = NDArray[np.float64]
 
 MODELS = Path(__file__).parent
+IMU = "imu"
+"""The trunk's site that an IMU sits at."""
 
 
 def other(side: Side) -> Side:
@@ -62,6 +64,7 @@ class Robot:
         body_names: every body that a push can act on.
         leg_length: from hip to sole with a straight leg [m].
         hip_reach: how far the ankle gets from under the hip, horizontally, with the hip at its standing height [m].
+        imu: (3,) where the IMU sits in the trunk's frame [m]: the trunk's site `imu`, or its origin if it has none.
     """
 
     name: str
@@ -86,6 +89,7 @@ class Robot:
     body_names: tuple[str, ...]
     leg_length: float
     hip_reach: float
+    imu: Array
 
     @property
     def omega(self) -> float:
@@ -216,6 +220,7 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
         body_names=tuple(model.body(i).name for i in range(1, model.nbody)),
         leg_length=leg_length,
         hip_reach=math.sqrt(max(straight**2 - bent**2, 0.0)),
+        imu=_frozen(_imu(model)),
     )
 
 
@@ -224,6 +229,12 @@ def _sole(model: mujoco.MjModel, side: str) -> Array:
     centre = (turn_of(site).T @ (geom.pos - site.pos))[:2]
     x, y = geom.size[:2]
     return _frozen(centre + np.array([[x, -y], [x, y], [-x, y], [-x, -y]]))
+
+
+def _imu(model: mujoco.MjModel) -> Array:
+    trunk = model.body(TRUNK).id
+    sites = [i for i in range(model.nsite) if model.site(i).name == IMU and model.site_bodyid[i] == trunk]
+    return model.site_pos[sites[0]] if sites else np.zeros(3)
 
 
 def _stance(data: mujoco.MjData, side: str) -> tuple[float, float, float]:

@@ -19,6 +19,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "controllers.registry",
         "controllers.reference",
         "controllers.interface",
+        "controllers.senses",
         "controllers.shown",
     ),
     ("controllers.options", "controllers.admissible", "controllers.whole_body", "controllers.learned"),
