@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Protocol, cast
+from typing import Protocol
 
-from controllers.interface import Estimator, Observation
+from controllers.interface import Observation
 from controllers.registry import ESTIMATORS
 from scenarios.schema import Scenario
 from sim.episode.build import make_estimator
@@ -60,7 +60,7 @@ class _Estimated:
         physics, choice = plant.world.physics, scenario.sensing.who
         self._sensors = Sensors(scenario, plant.robot, physics.model.ptr, physics.data.ptr)
         self._guard = Guard(f"estimator {choice.short!r}", foreign=choice.name not in ESTIMATORS.shipped)
-        self._estimator = cast(Estimator, make_estimator(scenario, plant.robot))
+        self._estimator = make_estimator(scenario, plant.robot)
         physics.watch(self._sensors.sample)
 
     def see(self, truth: Observation, tick: int) -> Observation:

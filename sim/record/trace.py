@@ -57,7 +57,7 @@ SEEN_CHANNELS: Mapping[str, str] = MappingProxyType(
     | dict.fromkeys(("seen_cog_vx", "seen_cog_vy", "seen_cog_vz"), "m/s")
     | dict.fromkeys(("dcm_error_x", "dcm_error_y"), "m")
 )
-"""What the controllers saw, and the error of its DCM about the loaded soles; only if they did not see the true state."""
+"""What the controllers saw, and the error of its DCM about the loaded soles; only if that was not the true state."""
 
 
 class TraceFileError(InputError):
