@@ -1,0 +1,49 @@
+"""Joint speeds from encoders that give angles only."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class JointFilter:
+    """An alpha-beta filter a joint, at the steady gains of a Kalman filter for a randomly accelerated angle.
+
+    Attributes:
+        position, velocity: (n,) of the joints [rad, rad/s].
+    """
+
+    def __init__(self, noise: float, acceleration: float) -> None:
+        """Take the two figures that the gains follow from.
+
+        Args:
+            noise: standard deviation of an angle [rad].
+            acceleration: standard deviation of a joint's acceleration, constant from sample to sample [rad/s^2].
+        """
+        self._noise, self._acceleration = noise, acceleration
+        self._gains: dict[float, tuple[float, float]] = {}
+        self.position = np.zeros(0)
+        self.velocity = np.zeros(0)
+
+    def reset(self, position: Array) -> None:
+        """Begin at rest at angles (n,) [rad]."""
+        self.position, self.velocity = position.copy(), np.zeros_like(position)
+
+    def take(self, measured: Array, dt: float) -> None:
+        """Take in angles (n,) [rad], `dt` [s] after the last."""
+        alpha, beta = self._gains.get(dt) or self._gains.setdefault(dt, self._steady(dt))
+        predicted = self.position + dt * self.velocity
+        error = measured - predicted
+        self.position = predicted + alpha * error
+        self.velocity = self.velocity + (beta / dt) * error
+
+    def _steady(self, dt: float) -> tuple[float, float]:
+        """Gains for a period [s], by Kalata's tracking index."""
+        index = self._acceleration * dt * dt / self._noise
+        root = (4.0 + index - math.sqrt(8.0 * index + index * index)) / 4.0
+        alpha = 1.0 - root * root
+        return alpha, 2.0 * (2.0 - alpha) - 4.0 * math.sqrt(1.0 - alpha)
