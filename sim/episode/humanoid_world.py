@@ -20,12 +20,9 @@ from scenarios.schema import Scenario
 from sim.episode.push_schedule import ImpulseLog, ScheduledPush, schedule, start_of_step
 from sim.episode.true_body import TrueBody
 from sim.sensing.imu import add_imu
+from sim.sensing.servos import Servos
 
 Array = NDArray[np.float64]
-
-
-# Where MuJoCo's <dcmotor> keeps its stiffness [N m/rad] and its damping [N m s/rad].
-_GAINS = np.array([4, 6])
 
 
 class PushedPhysics(dm_mujoco.Physics):
@@ -143,12 +140,8 @@ class HumanoidWorld:
         self._trunk = model.body(TRUNK).id
         self._site: dict[Side, int] = {side: model.site(f"{side}_sole").id for side in SIDES}
         self._sole_at: dict[Side, int] = {side: int(model.sensor(f"{side}_sole").adr[0]) for side in SIDES}
-        self._servo = _servo_columns(model)
-        self._motor = _motor_order(model)
+        self._servos = Servos(self._model, self._data)
         self._floor_at = int(model.sensor(FLOOR).adr[0])
-        self._controls = np.zeros((len(robot.joint_names), 3))
-        self._file_gains = model.actuator_gainprm[self._motor][:, _GAINS].copy()
-        self._gains_changed = False
         self.ticks = 0
         self.reset()
 
@@ -232,21 +225,7 @@ class HumanoidWorld:
 
     def set_targets(self, targets: JointTargets) -> None:
         """Give the servos their targets."""
-        controls = self._controls
-        controls[:, 0], controls[:, 1], controls[:, 2] = targets.position, targets.velocity, targets.torque
-        self._data.ctrl[self._servo] = controls.ravel()
-        if targets.stiffness is not None or targets.damping is not None or self._gains_changed:
-            self._set_gains(targets.stiffness, targets.damping)
-
-    def _set_gains(self, stiffness: Array | None, damping: Array | None) -> None:
-        """Give the servos (n,) gains, or back those of the robot's file."""
-        gains = self._file_gains.copy()
-        for column, given in enumerate((stiffness, damping)):
-            if given is not None:
-                gains[:, column] = given
-        parameters = self._model.actuator_gainprm
-        parameters[np.arange(len(parameters))[self._motor][:, None], _GAINS] = gains
-        self._gains_changed = stiffness is not None or damping is not None
+        self._servos.set(targets)
 
     def tick_done(self) -> None:
         """Count a control period that the physics has run."""
@@ -268,18 +247,4 @@ class HumanoidWorld:
 
     def motor_state(self) -> tuple[Array, Array]:
         """(n,) torque [N m] and (n,) speed [rad/s] of the motors, as views."""
-        return self._data.actuator_force[self._motor], self._data.qvel[6:]
-
-
-def _motor_order(model: mujoco.MjModel) -> slice | NDArray[np.intp]:
-    """Index of each joint's actuator, in the robot's joint order; a slice if they are in that order already."""
-    by_joint = {int(joint): i for i, joint in enumerate(model.actuator_trnid[:, 0])}
-    order = np.array([by_joint[joint] for joint in range(1, model.njnt)])
-    return slice(None) if (order == np.arange(len(order))).all() else order
-
-
-def _servo_columns(model: mujoco.MjModel) -> slice | NDArray[np.intp]:
-    """Index of the three controls (position, velocity, torque) of each joint after another, as `_motor_order`."""
-    first = model.actuator_ctrladr[_motor_order(model)]
-    columns = (first[:, None] + np.arange(3)).ravel()
-    return slice(None) if (columns == np.arange(model.nu)).all() else columns
+        return self._data.actuator_force[self._servos.order], self._data.qvel[6:]

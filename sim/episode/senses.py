@@ -11,6 +11,7 @@ from sim.episode.build import make_estimator
 from sim.episode.guard import Guard
 from sim.episode.plant import HumanoidPlant, Plant
 from sim.sensing.late_state import LateState
+from sim.sensing.nominal_body import SimulatedBody
 from sim.sensing.sensors import Sensors
 
 
@@ -61,6 +62,8 @@ class _Estimated:
         self._sensors = Sensors(scenario, plant.robot, physics.model.ptr, physics.data.ptr)
         self._guard = Guard(f"estimator {choice.short!r}", foreign=choice.name not in ESTIMATORS.shipped)
         self._estimator = make_estimator(scenario, plant.robot)
+        if hasattr(self._estimator, "nominal_body"):
+            self._estimator.nominal_body = SimulatedBody(plant.robot, at_drive=scenario.sensing.at_drive)
         physics.watch(self._sensors.sample)
 
     def see(self, truth: Observation, tick: int) -> Observation:

@@ -44,7 +44,7 @@ class Sensors:
         self._centre: dict[Side, Array] = {}
 
     def sample(self, step: int) -> None:
-        """Measure with all sensors whose turn it is after so many physics steps."""
+        """Measure with all sensors whose turn it is; to be called at the start and after every physics step."""
         due = [step % every == 0 for every in self._every]
         if due[0]:
             self._angle = self._encoders.measure(self._data.qpos[7:])
@@ -52,6 +52,7 @@ class Sensors:
             self._motion = self._imu.measure()
         if due[2]:
             self._force, self._centre = self._feet.measure()
+        self._feet.follow()
         if any(due):
             self._under_way.append((step, self._angle, self._motion, self._force, self._centre))
 
