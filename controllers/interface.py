@@ -149,7 +149,7 @@ class JointTargets:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """A tracker that was considered: its name, and its set's signed slack [m of ZMP; N steps of feet at rest: of DCM]."""
+    """A tracker that was considered: its name, and its set's slack [m of ZMP; N steps of feet at rest: of DCM]."""
 
     name: str
     slack: float

@@ -40,7 +40,8 @@ class Estimator(Protocol):
     """Makes a state of what the sensors say: `Class(robot, dt, options)`, with the control period dt [s].
 
     It knows the robot's file, which need not be the true body. It may have a class `Options`, a
-    `controllers.fields.Strict`.
+    `controllers.fields.Strict`, and an attribute `nominal_body`, which is then set to a
+    `controllers.estimation.look_ahead.NominalBody` before the first episode.
     """
 
     def reset(self, observation: Observation) -> None:

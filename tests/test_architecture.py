@@ -28,7 +28,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("controllers.supervisor",),
     ("controllers.baselines",),
     ("scenarios",),
-    ("sim.record",),
+    ("sim.record", "sim.sensing"),
     ("sim.episode",),
     ("sim.envs", "sim.viz", "sim.results"),
     ("sim.analysis", "sim.sweep", "sim.set_study", "sim.policy_check", "sim.viewer"),

@@ -40,7 +40,7 @@ _RANGES = 8
 _FACTS = ("name", "description", "tuned_on", "world", "suite_hash", "seed", "planned", "train", "rest")
 _SCALES = ("over_omega_d", "over_sqrt_gh", "delta_v")
 _PUSH = ("direction_deg", "delta_v")
-_NUMERIC = frozenset({*_PUSH, *CASE_COLUMNS}) - {"robot", "world", "whole_body", "variant", "body"}
+_NUMERIC = frozenset({*_PUSH, *CASE_COLUMNS}) - {"robot", "world", "whole_body", "variant", "body", "sensing"}
 
 
 def is_finished(frame: pd.DataFrame, sweep: dict[str, Any]) -> bool:

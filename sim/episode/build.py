@@ -8,8 +8,8 @@ from typing import Any, cast
 from pydantic import ValidationError
 
 from controllers.fields import Strict
-from controllers.interface import BalanceController, JointController, Setting, WholeBodyLayer
-from controllers.registry import CONTROLLERS, LAYERS, Entry
+from controllers.interface import BalanceController, Estimator, JointController, Setting, WholeBodyLayer
+from controllers.registry import CONTROLLERS, ESTIMATORS, LAYERS, Entry
 from models.errors import InputError, OkiagariError, one_line, with_kind
 from models.robot import Robot
 from scenarios.choice import SHARED, Choice
@@ -46,6 +46,18 @@ def make_layer(scenario: Scenario, robot: Robot) -> WholeBodyLayer | None:
     entry = LAYERS.entry(choice.name)
     layer = _built(entry, "whole_body", robot, scenario.timing.control, _options(entry, "whole_body", choice.options))
     return cast(WholeBodyLayer, layer)
+
+
+def make_estimator(scenario: Scenario, robot: Robot) -> Estimator:
+    """The estimator of a scenario that has one.
+
+    Raises:
+        InputError: if it is not ours and cannot be built.
+    """
+    choice, field = scenario.sensing.who, "sensing.estimator"
+    entry = ESTIMATORS.entry(choice.name)
+    options = _options(entry, field, choice.options)
+    return cast(Estimator, _built(entry, field, robot, scenario.timing.control, options))
 
 
 def layer_of(scenario: Scenario) -> Choice | None:

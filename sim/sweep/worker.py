@@ -158,6 +158,8 @@ def happened(result: EpisodeResult, *, train: bool) -> dict[str, Any]:
         "settle_time": None if settled is None else max(0.0, settled - push.start - push.duration),
         "trace_hash": trace_hash(trace.values, trace.channels),
     }
+    if result.sight is not None:
+        row |= {"dcm_error_rms": result.sight.rms, "dcm_error_peak": result.sight.peak}
     row |= {field.name: getattr(result.motors, field.name, None) for field in fields(MotorUse)}
     if train:
         return row | train_columns(result)
