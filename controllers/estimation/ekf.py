@@ -158,7 +158,9 @@ class InvariantEkf:
         body = self._body
         body.place(then.configuration, then.velocity)
         _, zmp, load = self._feet()
-        self._observer.take(body.cog, body.cog_velocity, body.angular_momentum, zmp, load, float(body.trunk_com[2]), dt)
+        self._observer.take(
+            body.cog, body.cog_velocity, body.angular_momentum, zmp, load, float(body.trunk_com[2]), dt
+        )
 
     def _simulated(self, then: BodyState, begin: float, end: float) -> tuple[Array, Array]:
         """The nominal body's state at `end` [s], from that at `begin`."""

@@ -38,7 +38,9 @@ class PushObserver:
         self._explained: Array | None = None
         self.force = np.zeros(3)
 
-    def take(self, cog: Array, velocity: Array, spin: Array, zmp: Array, load: float, height: float, dt: float) -> None:
+    def take(
+        self, cog: Array, velocity: Array, spin: Array, zmp: Array, load: float, height: float, dt: float
+    ) -> None:
         """Look at the next state.
 
         Args:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from controllers.estimation.look_ahead import BodyState, Held
 from models.arena import FLOOR, build_arena
-from models.robot import TRUNK, Robot
+from models.robot import TRUNK, Robot, Side
 from sim.sensing.servos import Servos
 
 Array = NDArray[np.float64]
@@ -67,7 +67,7 @@ class SimulatedBody:
         configuration[2] += shift
         return configuration, velocity
 
-    def _lowest(self, side: str) -> float:
+    def _lowest(self, side: Side) -> float:
         """Height of the lowest corner of a sole [m]."""
         site, corners = self._soles[side]
         turn = self._data.site_xmat[site].reshape(3, 3)

@@ -218,9 +218,7 @@ def _tilt(true: Observation, seen: Observation) -> float:
 
 def rms(errors: Array) -> float:
     """Of the length of the rows."""
-    return (
-        math.sqrt(float((errors**2).sum(axis=-1).mean())) if errors.ndim > 1 else math.sqrt(float((errors**2).mean()))
-    )
+    return math.sqrt(float((errors**2).sum(axis=-1).mean())) if errors.ndim > 1 else math.sqrt(float((errors**2).mean()))
 
 
 def peak(errors: Array) -> float:
