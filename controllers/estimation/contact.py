@@ -26,6 +26,7 @@ class ContactNoise:
         full_load: from which on its noise is no larger than told here [N].
         speed: of the material point under the centre of pressure while the sole is flat [m/s].
         edge_speed: of that point while the sole is on its edge [m/s].
+        outlier: speed of that point in multiples of this from which on it is believed less, in proportion.
         edge: distance of the centre of pressure from the sole's edge that counts as on it [m].
         height: of that point [m].
         tilt: of a flat sole [rad].
@@ -36,6 +37,7 @@ class ContactNoise:
     full_load: float
     speed: float
     edge_speed: float
+    outlier: float
     edge: float
     height: float
     tilt: float
@@ -87,6 +89,8 @@ class SoleContact:
 
         slip = state.velocity + R @ (cross(rate, at) + sole.velocity + cross(sole.turning, arm))
         deviation = faint * (noise.speed if inside > noise.edge else noise.edge_speed)
+        # an impact or a slip: what deviates by far is believed the less
+        deviation *= max(1.0, math.sqrt(float(slip @ slip)) / (noise.outlier * deviation))
         H[n : n + 3, SPEED] = np.eye(3)
         H[n : n + 3, GYRO] = R @ skew(at)
         self._excess[n : n + 3] = slip

@@ -72,6 +72,7 @@ class InvariantEkf:
             full_load=options.full_load * weight,
             speed=options.contact_speed,
             edge_speed=options.edge_speed,
+            outlier=options.outlier,
             edge=options.edge,
             height=options.contact_height,
             tilt=options.sole_tilt,

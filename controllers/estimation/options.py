@@ -28,6 +28,7 @@ class EkfOptions(Strict):
         full_load: share of the weight from which on it tells as much as it can.
         contact_speed: of the point under a flat sole's centre of pressure [m/s].
         edge_speed: the same for a sole on its edge [m/s].
+        outlier: speed of such a point in multiples of these from which on it is believed less.
         edge: how near to the sole's edge its centre of pressure is then [m].
         contact_height: of that point over the floor [m].
         sole_tilt: of a flat sole [rad].
@@ -53,6 +54,7 @@ class EkfOptions(Strict):
     full_load: Annotated[float, Field(gt=0, lt=1)] = 0.25
     contact_speed: Positive = 0.01
     edge_speed: Positive = 0.06
+    outlier: Positive = 2.5
     edge: NotNegative = 0.004
     contact_height: Positive = 1e-3
     sole_tilt: Positive = 0.01

@@ -19,7 +19,6 @@ from scenarios.push import COG, Push
 from scenarios.schema import Scenario
 from sim.episode.push_schedule import ImpulseLog, ScheduledPush, schedule, start_of_step
 from sim.episode.true_body import TrueBody
-from sim.sensing.imu import add_imu
 from sim.sensing.servos import Servos
 
 Array = NDArray[np.float64]
@@ -130,10 +129,7 @@ class HumanoidWorld:
         self.substeps = scenario.timing.substeps
         self._asked = scenario
         self._dt = scenario.timing.control
-        arena = build_arena(robot.path, timestep=scenario.timing.physics)
-        if scenario.sensing.estimates:
-            add_imu(arena, robot)
-        model = arena.compile()
+        model = build_arena(robot.path, timestep=scenario.timing.physics).compile()
         self.body = TrueBody(model, scenario)
         self.physics: PushedPhysics = PushedPhysics.from_model(wrapper.MjModel(model))
         self._model, self._data = self.physics.model.ptr, self.physics.data.ptr

@@ -27,14 +27,14 @@ class Sensors:
         Args:
             scenario: gives figures, latency and seed.
             robot: who carries them.
-            model: compiled from a description that `add_imu` was given.
+            model: the world's.
             data: the state of the world.
         """
         sensing, seed = scenario.sensing, scenario.seed
         joint, imu, foot = sensing.joint_figures, sensing.imu_figures, sensing.foot_figures
         self._data, self._physics = data, scenario.timing.physics
         self._encoders = Encoders(joint, len(robot.joint_names), seed)
-        self._imu = InertialUnit(imu, model, data, seed)
+        self._imu = InertialUnit(imu, robot, model, data, seed)
         self._feet = FootForce(foot, robot, model, data, seed)
         self._every = [_steps(figures.rate, self._physics) for figures in (joint, imu, foot)]
         self._late = round(sensing.latency / self._physics)

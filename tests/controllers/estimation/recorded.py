@@ -35,6 +35,8 @@ class Sample:
     accelerometer: Array
     force: dict[str, float]
     cop: dict[str, Array]
+    velocity: Array = None  # (3,) of the IMU in the world
+    rotation: Array = None
 
 
 @dataclass
@@ -121,7 +123,8 @@ def _sample(world: HumanoidWorld, poses: dict[str, tuple[Array, Array]]) -> Samp
         force[side] = -float((rotation.T @ np.array([fx, fy, fz]))[2])
         cop[side] = (rotation.T @ (np.array([px, py, pz]) - position))[:2]
     return Sample(
-        data.qpos[7:].copy(), data.sensor("gyro").data.copy(), data.sensor("accelerometer").data.copy(), force, cop
+        data.qpos[7:].copy(), data.sensor("gyro").data.copy(), data.sensor("accelerometer").data.copy(), force, cop,
+        data.qvel[:3] + data.xmat[world._trunk].reshape(3, 3) @ np.cross(data.qvel[3:6], world.robot.imu), data.xmat[world._trunk].reshape(3, 3).copy()
     )
 
 
