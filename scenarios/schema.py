@@ -77,7 +77,7 @@ class Disturbance(Strict):
         if not isinstance(fields, dict):
             return fields
         for name, place in MOVED.items():
-            if fields.get(name, 0):
+            if fields.get(name, 0) != 0:
                 raise conflict(name, f"{fields[name]!r} is not allowed; it is {place} now")
         return {name: value for name, value in fields.items() if name not in MOVED}
 
