@@ -15,6 +15,7 @@ from controllers.whole_body.measured_body import SoleMotion
 Array = NDArray[np.float64]
 
 _ROWS = 6
+_UNIT = np.eye(3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +92,7 @@ class SoleContact:
         deviation = faint * (noise.speed if inside > noise.edge else noise.edge_speed)
         # an impact or a slip: what deviates by far is believed the less
         deviation *= max(1.0, math.sqrt(float(slip @ slip)) / (noise.outlier * deviation))
-        H[n : n + 3, SPEED] = np.eye(3)
+        H[n : n + 3, SPEED] = _UNIT
         H[n : n + 3, GYRO] = R @ skew(at)
         self._excess[n : n + 3] = slip
         self._variance[n : n + 3] = deviation * deviation

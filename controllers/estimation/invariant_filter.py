@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.estimation.rotation import cross, skew, turn
+from controllers.estimation.rotation import skew, turn
 
 Array = NDArray[np.float64]
 
 SIZE = 15
 TURN, SPEED, PLACE, GYRO, ACCELEROMETER = (slice(i, i + 3) for i in range(0, SIZE, 3))
-_IDENTITY = np.eye(SIZE)
+_UNIT = np.eye(3)
 _DIAGONAL = slice(None, None, SIZE + 1)
 
 
@@ -86,7 +86,7 @@ class InvariantFilter:
         step, turned = self._transition, -dt * self.rotation
         step[SPEED, TURN] = dt * self._pull
         step[3:9, GYRO] = np.concatenate([skew(self.velocity) @ turned, skew(self.position) @ turned])
-        step[PLACE, SPEED] = dt * _IDENTITY[:3, :3]
+        step[PLACE, SPEED] = dt * _UNIT
         step[TURN, GYRO] = step[SPEED, ACCELEROMETER] = turned
         self.covariance = step @ self.covariance @ step.T
         self.covariance.ravel()[_DIAGONAL] += self._wandering(dt)
@@ -121,7 +121,7 @@ class InvariantFilter:
     def straighten(self) -> None:
         """Make the attitude a rotation again, which rounding wears off."""
         # one Newton step towards the nearest: the error is of the order of rounding
-        self.rotation = self.rotation @ (1.5 * np.eye(3) - 0.5 * self.rotation.T @ self.rotation)
+        self.rotation = self.rotation @ (1.5 * _UNIT - 0.5 * self.rotation.T @ self.rotation)
 
     def _wandering(self, dt: float) -> Array:
         noise = self._noise
@@ -136,9 +136,3 @@ class InvariantFilter:
             ]
         )
         return np.repeat(three, 3)
-
-
-def carried(rotation: Array, rate: Array, arm: Array, velocity: Array) -> Array:
-    """(3,) velocity in the world of what is `arm` away from a point with `velocity`, both fixed to a turning body."""
-    moved: Array = velocity + rotation @ cross(rate, arm)
-    return moved

@@ -43,8 +43,8 @@ class EkfOptions(Strict):
 
     encoder: Positive = 1e-5
     joint_acceleration: Positive = 30.0
-    gyro: Positive = 0.01
-    accelerometer: Positive = 0.5
+    gyro: Positive = 0.006
+    accelerometer: Positive = 0.1
     gyro_bias: Positive = 0.003
     accelerometer_bias: Positive = 0.05
     gyro_drift: NotNegative = 1e-4
@@ -53,11 +53,11 @@ class EkfOptions(Strict):
     contact_load: Annotated[float, Field(gt=0, lt=1)] = 0.1
     full_load: Annotated[float, Field(gt=0, lt=1)] = 0.25
     contact_speed: Positive = 0.01
-    edge_speed: Positive = 0.06
+    edge_speed: Positive = 0.3
     outlier: Positive = 2.5
     edge: NotNegative = 0.004
-    contact_height: Positive = 1e-3
-    sole_tilt: Positive = 0.01
+    contact_height: Positive = 2e-3
+    sole_tilt: Positive = 0.005
     flat: Positive = 0.010
     predictor: Literal["none", "extrapolate", "simulate"] = "simulate"
     latency: NotNegative | None = None
