@@ -23,7 +23,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "controllers.shown",
     ),
     ("controllers.options", "controllers.admissible", "controllers.whole_body", "controllers.learned"),
-    ("controllers.nstep",),
+    ("controllers.nstep", "controllers.estimation"),
     ("controllers.stepping",),
     ("controllers.supervisor",),
     ("controllers.baselines",),

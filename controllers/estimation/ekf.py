@@ -30,12 +30,12 @@ Array = NDArray[np.float64]
 _MEMORY = 0.1
 # Two times are one if they differ by less [s].
 _SAME_TIME = 1e-9
-# Standard deviations of yaw [rad] and place [m] at the start, which are given and only name the frame.
+# Standard deviation of yaw [rad], place [m] and speed [m/s] at the start, which are given.
 _GIVEN = 1e-3
 
 
 class InvariantEkf:
-    """Attitude, velocity and place of the trunk by an invariant Kalman filter; the rest by kinematics of the file's body.
+    """Attitude, velocity and place of the trunk by an invariant Kalman filter; the rest by the nominal body's kinematics.
 
     Yaw and place drift, for nothing that is measured shows them.
 
@@ -79,7 +79,7 @@ class InvariantEkf:
             flat=options.flat,
         )
         self._contact = SoleContact(contact, robot.sole_vertices["left"], robot.imu)
-        self._observer = PushObserver(robot.mass, options.push_settling, options.push_threshold)
+        self._observer = PushObserver(robot, options.push_settling, options.push_threshold)
         self._sent: deque[tuple[float, JointTargets]] = deque()
 
     def reset(self, observation: Observation) -> None:
@@ -92,10 +92,11 @@ class InvariantEkf:
             raise OkiagariError("predictor 'simulate' needs a nominal body: set `nominal_body`")
         o = self._options
         rotation = from_quaternion(observation.configuration[3:7])
-        tilt, place, gyro, force = [o.first_tilt] * 2, [_GIVEN] * 4, [o.gyro_bias] * 3, [o.accelerometer_bias] * 3
-        deviation = np.array([*tilt, *place[:1], *[_GIVEN] * 3, *place[1:], *gyro, *force])
+        deviation = np.repeat([o.first_tilt, _GIVEN, _GIVEN, o.gyro_bias, o.accelerometer_bias], 3)
+        deviation[2] = _GIVEN
         self._filter.reset(rotation, observation.configuration[:3] + rotation @ self._imu, deviation)
         self._joints.reset(observation.configuration[7:])
+        self._angles: Array | None = None
         self._observer.reset()
         self._sent.clear()
         self._rate, self._acceleration = np.zeros(3), np.zeros(3)
@@ -128,9 +129,11 @@ class InvariantEkf:
     def _take(self, reading: Reading) -> None:
         dt = reading.taken - self._taken
         if dt > _SAME_TIME:
-            # times are sums of decimal fractions: periods that differ by rounding are one
-            dt = round(dt, 9)
-            self._joints.take(reading.joint_position, dt)
+            self._joints.predict(dt)
+            # encoders that are slower than the rest are read again as they were
+            if reading.joint_position is not self._angles:
+                self._joints.correct(reading.joint_position)
+                self._angles = reading.joint_position
             self._rate, self._acceleration = self._filter.predict(reading.gyro, reading.accelerometer, dt)
             self._taken = reading.taken
         self._seen, self._force, self._cop = True, reading.force, reading.cop
@@ -158,9 +161,7 @@ class InvariantEkf:
         body = self._body
         body.place(then.configuration, then.velocity)
         _, zmp, load = self._feet()
-        self._observer.take(
-            body.cog, body.cog_velocity, body.angular_momentum, zmp, load, float(body.trunk_com[2]), dt
-        )
+        self._observer.take(body.cog, body.cog_velocity, body.angular_momentum, zmp, load, float(body.trunk_com[2]), dt)
 
     def _simulated(self, then: BodyState, begin: float, end: float) -> tuple[Array, Array]:
         """The nominal body's state at `end` [s], from that at `begin`."""

@@ -1,4 +1,4 @@
-"""The right-invariant extended Kalman filter: attitude, velocity and place of the IMU, and the biases of both its parts.
+"""The right-invariant extended Kalman filter: attitude, velocity and place of the IMU, and its biases.
 
 Its error is what turns and moves the whole estimate in the world's frame, so that what is known of a contact point in
 the world is linear in it, wherever the estimate is wrong by. Errors are estimate minus truth.

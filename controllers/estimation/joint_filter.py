@@ -28,18 +28,29 @@ class JointFilter:
         self._gains: dict[float, tuple[float, float]] = {}
         self.position = np.zeros(0)
         self.velocity = np.zeros(0)
+        self._since = 0.0
 
     def reset(self, position: Array) -> None:
         """Begin at rest at angles (n,) [rad]."""
         self.position, self.velocity = position.copy(), np.zeros_like(position)
+        self._since = 0.0
 
-    def take(self, measured: Array, dt: float) -> None:
-        """Take in angles (n,) [rad], `dt` [s] after the last."""
-        alpha, beta = self._gains.get(dt) or self._gains.setdefault(dt, self._steady(dt))
-        predicted = self.position + dt * self.velocity
-        error = measured - predicted
-        self.position = predicted + alpha * error
-        self.velocity = self.velocity + (beta / dt) * error
+    def predict(self, dt: float) -> None:
+        """Go on at the present speeds for `dt` [s]."""
+        self.position = self.position + dt * self.velocity
+        self._since += dt
+
+    def correct(self, measured: Array) -> None:
+        """Take in angles (n,) [rad] of now."""
+        if self._since <= 0.0:
+            return
+        # periods are sums of decimal fractions: those that differ by rounding are one
+        period = round(self._since, 9)
+        alpha, beta = self._gains.get(period) or self._gains.setdefault(period, self._steady(period))
+        error = measured - self.position
+        self.position = self.position + alpha * error
+        self.velocity = self.velocity + (beta / period) * error
+        self._since = 0.0
 
     def _steady(self, dt: float) -> tuple[float, float]:
         """Gains for a period [s], by Kalata's tracking index."""

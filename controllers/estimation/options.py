@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from controllers.fields import NotNegative, Strict
+from controllers.fields import NotNegative, Strict, conflict
 
 Positive = Annotated[float, Field(gt=0)]
 
@@ -63,3 +63,12 @@ class EkfOptions(Strict):
     latency: NotNegative | None = None
     push_settling: Positive = 0.01
     push_threshold: NotNegative = 3.0
+
+    @model_validator(mode="after")
+    def _takes_effect(self) -> Self:
+        only = {"latency": ("extrapolate", "simulate"), "push_settling": ("simulate",), "push_threshold": ("simulate",)}
+        for field, predictors in only.items():
+            if field in self.model_fields_set and getattr(self, field) is not None and self.predictor not in predictors:
+                wanted = " or ".join(map(repr, predictors))
+                raise conflict(field, f"does nothing with predictor {self.predictor!r}; it needs {wanted}")
+        return self

@@ -7,7 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from models.robot import Robot
+
 Array = NDArray[np.float64]
+
+# Share of its standing height below which the COG is that of a fall, which needs more than soles to hold it up.
+_UPRIGHT = 0.5
 
 
 class PushObserver:
@@ -21,15 +26,16 @@ class PushObserver:
         force: (3,) in the world [N].
     """
 
-    def __init__(self, mass: float, settling: float, threshold: float) -> None:
+    def __init__(self, robot: Robot, settling: float, threshold: float) -> None:
         """Take what it works with.
 
         Args:
-            mass: of the robot [kg].
+            robot: the nominal body.
             settling: time constant with which a push is believed [s].
             threshold: force below which none is reported [N].
         """
-        self._mass, self._settling, self._threshold = mass, settling, threshold
+        self._mass, self._settling, self._threshold = robot.mass, settling, threshold
+        self._lowest = _UPRIGHT * robot.cog_height
         self.reset()
 
     def reset(self) -> None:
@@ -38,9 +44,7 @@ class PushObserver:
         self._explained: Array | None = None
         self.force = np.zeros(3)
 
-    def take(
-        self, cog: Array, velocity: Array, spin: Array, zmp: Array, load: float, height: float, dt: float
-    ) -> None:
+    def take(self, cog: Array, velocity: Array, spin: Array, zmp: Array, load: float, height: float, dt: float) -> None:
         """Look at the next state.
 
         Args:
@@ -53,6 +57,9 @@ class PushObserver:
             dt: time since the last state [s].
         """
         high = float(cog[2])
+        if high < self._lowest:
+            self.reset()
+            return
         momentum = self._mass * velocity[:2] + np.array([spin[1], -spin[0]]) / high
         if self._explained is None:
             self._explained = momentum
