@@ -199,6 +199,12 @@ class Sensing(Strict):
         return (self.servo or ("state" if self.preset == "exact" else "drive")) == "drive"
 
     @property
+    def words(self) -> str:
+        """In short: "typical sensors by ekf, 4 ms late"."""
+        late = f", {1e3 * self.latency:g} ms late" if self.latency else ""
+        return (f"{self.preset} sensors by {self.who.short}" if self.estimates else "true state") + late
+
+    @property
     def joint_figures(self) -> JointSensors:
         """Those of the encoders, with the preset's."""
         return self.joint.over(JOINT_PRESETS[self.preset])

@@ -15,6 +15,7 @@ from models.robot import Robot
 from scenarios.choice import SHARED, Choice
 from scenarios.error_messages import first_error
 from scenarios.schema import Scenario
+from sim.sensing.nominal_body import SimulatedBody
 
 
 def make_controller(scenario: Scenario, robot: Robot) -> BalanceController | JointController:
@@ -48,16 +49,21 @@ def make_layer(scenario: Scenario, robot: Robot) -> WholeBodyLayer | None:
     return cast(WholeBodyLayer, layer)
 
 
-def make_estimator(scenario: Scenario, robot: Robot) -> Estimator:
-    """The estimator of a scenario that has one.
+def make_estimator(scenario: Scenario, robot: Robot) -> Estimator | None:
+    """The estimator of a scenario; None if the controllers are given the true state.
 
     Raises:
         InputError: if it is not ours and cannot be built.
     """
+    if not scenario.sensing.estimates:
+        return None
     choice, field = scenario.sensing.who, "sensing.estimator"
     entry = ESTIMATORS.entry(choice.name)
     options = _options(entry, field, choice.options)
-    return cast(Estimator, _built(entry, field, robot, scenario.timing.control, options))
+    estimator = cast(Estimator, _built(entry, field, robot, scenario.timing.control, options))
+    if hasattr(estimator, "nominal_body"):
+        estimator.nominal_body = SimulatedBody(robot, at_drive=scenario.sensing.at_drive)
+    return estimator
 
 
 def layer_of(scenario: Scenario) -> Choice | None:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.interface import BalanceController, JointController, Observation, WholeBodyLayer
-from controllers.registry import CONTROLLERS
+from controllers.interface import BalanceController, Estimator, JointController, Observation, WholeBodyLayer
+from controllers.registry import CONTROLLERS, ESTIMATORS
 from models.errors import InputError, OkiagariError
 from models.robot import Robot, load_robot
 from scenarios.catalogue import check_against
@@ -232,7 +232,11 @@ class Episode:
     def _world_facts(self) -> dict[str, Any]:
         """What the metadata say of senses and body beside the scenario, if there is anything to say."""
         sensing, errors = self.scenario.sensing, self.plant.body_errors
-        return ({} if sensing.is_true else {"sensing": sensing.as_run()}) | ({"body_errors": errors} if errors else {})
+        found: dict[str, Any] = {"body_errors": errors} if errors else {}
+        if not sensing.is_true:
+            found["sensing"] = sensing.as_run()
+            found["estimator_source"] = ESTIMATORS.entry(sensing.who.name).source
+        return found
 
 
 def _whole_ticks(who: str, controller: JointController, dt: float) -> int:
@@ -257,6 +261,7 @@ def run_episode(
     controller: BalanceController | JointController | None = None,
     robot: Robot | None = None,
     layer: WholeBodyLayer | None = None,
+    estimator: Estimator | None = None,
     polygons: bool = True,
     on_tick: Callable[[Episode], None] | None = None,
 ) -> EpisodeResult:
@@ -268,6 +273,7 @@ def run_episode(
         controller: a controller of your own; None for the one that the scenario names.
         robot: the one that the scenario names, if it has been read already.
         layer: the whole-body layer of a former episode, to be used again: see `sim.episode.build.make_layer`.
+        estimator: the estimator of a former episode, likewise.
         polygons: whether to work out the sets' outlines for the figure.
         on_tick: called after each tick with the episode.
 
@@ -276,7 +282,7 @@ def run_episode(
     """
     robot = robot or load_robot(scenario.robot)
     check_against(scenario, robot)
-    plant = make_plant(scenario, robot, layer)
+    plant = make_plant(scenario, robot, layer, estimator)
     controller = controller or make_controller(scenario, robot)
     episode = Episode(scenario, plant, controller, polygons=polygons, on_tick=on_tick)
     while episode.tick():

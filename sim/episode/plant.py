@@ -10,13 +10,13 @@ import numpy as np
 from dm_control.rl.control import PhysicsError
 from numpy.typing import NDArray
 
-from controllers.interface import BalanceCommand, JointTargets, Observation, WholeBodyLayer
+from controllers.interface import BalanceCommand, Estimator, JointTargets, Observation, WholeBodyLayer
 from controllers.registry import LAYERS
 from models.errors import InputError, OkiagariError, one_line
 from models.robot import Robot
 from scenarios.push import Push
 from scenarios.schema import Scenario
-from sim.episode.build import layer_of, make_layer
+from sim.episode.build import layer_of, make_estimator, make_layer
 from sim.episode.guard import Guard
 from sim.episode.humanoid_world import HumanoidWorld
 from sim.episode.pendulum_world import PendulumWorld
@@ -166,13 +166,21 @@ class HumanoidPlant:
     Attributes:
         robot: its facts.
         world: the physics.
+        estimator: who makes a state of what the sensors say; None if there is nobody.
         targets: what the servos were asked for last, in the controllers' words; None in the first tick.
     """
 
-    def __init__(self, scenario: Scenario, robot: Robot, layer: WholeBodyLayer | None = None) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        robot: Robot,
+        layer: WholeBodyLayer | None = None,
+        estimator: Estimator | None = None,
+    ) -> None:
         self.robot = robot
         self.world = HumanoidWorld(scenario, robot)
         self._layer = make_layer(scenario, robot) if layer is None else layer
+        self.estimator = make_estimator(scenario, robot) if estimator is None else estimator
         self.targets: JointTargets | None = None
         self._begin()
         name = scenario.whole_body if (choice := layer_of(scenario)) is None else choice
@@ -251,12 +259,17 @@ class HumanoidPlant:
         return Effort(solver_failed=self.targets.solver_failed, torque=torque, speed=speed)
 
 
-def make_plant(scenario: Scenario, robot: Robot, layer: WholeBodyLayer | None = None) -> Plant:
+def make_plant(
+    scenario: Scenario, robot: Robot, layer: WholeBodyLayer | None = None, estimator: Estimator | None = None
+) -> Plant:
     """The plant of the world that a scenario names.
 
     Args:
         scenario: what happens.
         robot: the one that it names.
         layer: its whole-body layer, if there is one of a former episode, which nobody else uses.
+        estimator: its estimator, likewise.
     """
-    return PendulumPlant(scenario, robot) if scenario.world == "pendulum" else HumanoidPlant(scenario, robot, layer)
+    if scenario.world == "pendulum":
+        return PendulumPlant(scenario, robot)
+    return HumanoidPlant(scenario, robot, layer, estimator)

@@ -7,11 +7,9 @@ from typing import Protocol
 from controllers.interface import Observation
 from controllers.registry import ESTIMATORS
 from scenarios.schema import Scenario
-from sim.episode.build import make_estimator
 from sim.episode.guard import Guard
 from sim.episode.plant import HumanoidPlant, Plant
 from sim.sensing.late_state import LateState
-from sim.sensing.nominal_body import SimulatedBody
 from sim.sensing.sensors import Sensors
 
 
@@ -23,11 +21,7 @@ class Senses(Protocol):
 
 
 def make_senses(scenario: Scenario, plant: Plant) -> Senses:
-    """The senses of a scenario, for one episode of a plant that stands at its start.
-
-    Raises:
-        InputError: if the estimator is not ours and cannot be built.
-    """
+    """The senses of a scenario, for one episode of a plant that stands at its start."""
     if isinstance(plant, HumanoidPlant):
         plant.world.physics.watch(None)
         return _Estimated(scenario, plant) if scenario.sensing.estimates else _True(scenario, plant)
@@ -60,10 +54,9 @@ class _Estimated:
         self._plant, self._substeps = plant, scenario.timing.substeps
         physics, choice = plant.world.physics, scenario.sensing.who
         self._sensors = Sensors(scenario, plant.robot, physics.model.ptr, physics.data.ptr)
+        assert plant.estimator is not None
+        self._estimator = plant.estimator
         self._guard = Guard(f"estimator {choice.short!r}", foreign=choice.name not in ESTIMATORS.shipped)
-        self._estimator = make_estimator(scenario, plant.robot)
-        if hasattr(self._estimator, "nominal_body"):
-            self._estimator.nominal_body = SimulatedBody(plant.robot, at_drive=scenario.sensing.at_drive)
         physics.watch(self._sensors.sample)
 
     def see(self, truth: Observation, tick: int) -> Observation:

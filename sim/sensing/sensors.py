@@ -45,6 +45,8 @@ class Sensors:
 
     def sample(self, step: int) -> None:
         """Measure with all sensors whose turn it is; to be called at the start and after every physics step."""
+        if not step:
+            self._feet.follow()  # the robot may have been put into its stand since
         due = [step % every == 0 for every in self._every]
         if due[0]:
             self._angle = self._encoders.measure(self._data.qpos[7:])

@@ -285,7 +285,7 @@ def _checker(loaded: LoadedSuite) -> Callable[[PlannedEpisode], None]:
 
 def _fitting(parameters: Mapping[str, Any]) -> Iterator[Any]:
     """The parameters that can be at odds with others; each alone has been checked when the suite was read."""
-    yield from (parameters.get(name) for name in (*_SCENARIO, "friction", "sensing", "latency", "body", "variant"))
+    yield from (parameters.get(name) for name in (*_SCENARIO, *WORLD, "body", "variant"))
     yield bool(parameters.get("height"))
 
 
