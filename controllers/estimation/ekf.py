@@ -35,7 +35,7 @@ _GIVEN = 1e-3
 
 
 class InvariantEkf:
-    """Attitude, velocity and place of the trunk by an invariant Kalman filter; the rest by the nominal body's kinematics.
+    """The trunk's attitude, velocity and place by an invariant Kalman filter; the rest by kinematics of a nominal body.
 
     Yaw and place drift, for nothing that is measured shows them.
 
@@ -169,7 +169,8 @@ class InvariantEkf:
         held = []
         starts = [start for start, _ in self._sent]
         for (start, targets), stop in zip(self._sent, [*starts[1:], end], strict=True):
-            duration = min(stop, end) - max(start, begin)
+            # times are sums of decimal fractions: without their rounding the steps are the physics' own
+            duration = round(min(stop, end) - max(start, begin), 9)
             if duration > _SAME_TIME:
                 held.append(Held(targets, duration))
         return self.nominal_body.forward(then, held)

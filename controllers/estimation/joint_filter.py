@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+# Tracking index at which the speed is corrected by the whole error: beyond, as for slow encoders, it would overshoot.
+_DIFFERENCE = 2.0 + math.sqrt(2.0)
+
+
 class JointFilter:
     """An alpha-beta filter a joint, at the steady gains of a Kalman filter for a randomly accelerated angle.
 
@@ -54,7 +58,7 @@ class JointFilter:
 
     def _steady(self, dt: float) -> tuple[float, float]:
         """Gains for a period [s], by Kalata's tracking index."""
-        index = self._acceleration * dt * dt / self._noise
+        index = min(self._acceleration * dt * dt / self._noise, _DIFFERENCE)
         root = (4.0 + index - math.sqrt(8.0 * index + index * index)) / 4.0
         alpha = 1.0 - root * root
         return alpha, 2.0 * (2.0 - alpha) - 4.0 * math.sqrt(1.0 - alpha)

@@ -36,6 +36,7 @@ class Record:
 
     robot: Robot
     dt: float
+    push: Array  # (3,) impulse [N s]
     readings: list[list[Reading]] = field(default_factory=list)
     truth: list[Observation] = field(default_factory=list)
     targets: list[JointTargets] = field(default_factory=list)
@@ -63,7 +64,7 @@ def record_scenario(scenario: Scenario, **sensing: Any) -> Record:
     assert isinstance(plant, HumanoidPlant)
     physics = plant.world.physics
     worn = Scenario.model_validate(scenario.as_dict() | {"sensing": sensing})
-    kept = Record(robot, scenario.timing.control)
+    kept = Record(robot, scenario.timing.control, scenario.pushes[0].impulse_vector(robot.mass))
     episode = Episode(scenario, plant, make_controller(scenario, robot))
     sensors = Sensors(worn, robot, physics.model.ptr, physics.data.ptr)
     sensors.sample(0)
