@@ -22,7 +22,7 @@ class InertialUnit:
     """
 
     def __init__(self, figures: Imu, robot: Robot, model: mujoco.MjModel, data: mujoco.MjData, seed: int) -> None:
-        self._figures, self._data, self._at = figures, data, robot.imu
+        self._data, self._at = data, robot.imu
         self._gravity = model.opt.gravity
         self._noise = noise_of("imu", seed)
         constant = constant_of("imu", seed).standard_normal((2, 3))
