@@ -19,11 +19,13 @@ from controllers.interface import (
     Setting,
     WholeBodyLayer,
 )
+from controllers.senses import Estimator, Reading
 
 __all__ = [
     "BalanceCommand",
     "BalanceController",
     "Decision",
+    "Estimator",
     "File",
     "FootReference",
     "FootState",
@@ -32,6 +34,7 @@ __all__ = [
     "Observation",
     "Phase",
     "Prediction",
+    "Reading",
     "Region",
     "Setting",
     "Strict",

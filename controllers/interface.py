@@ -132,6 +132,7 @@ class JointTargets:
         position, velocity, torque: (n,) of the joints [rad], [rad/s], and of the feed-forward [N m].
         stiffness, damping: (n,) gains of the servos [N m/rad], [N m s/rad]; None for those of the robot's file.
         solver_failed: the whole-body solver found no answer in this tick, and the last torque was kept.
+        from_seen: position and velocity are meant relative to those that were seen, with no goal of their own.
     """
 
     position: Array
@@ -140,14 +141,12 @@ class JointTargets:
     stiffness: Array | None = None
     damping: Array | None = None
     solver_failed: bool = False
+    from_seen: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """A tracker that was considered: its name, and the signed slack of its set, of N steps that of feet at rest.
-
-    In metres of ZMP; that of N steps in metres of DCM.
-    """
+    """A tracker that was considered: its name, and its set's slack [m of ZMP; N steps of feet at rest: of DCM]."""
 
     name: str
     slack: float
@@ -162,8 +161,7 @@ class Decision:
         phase: standing or stepping, from now on.
         reason: why, in words.
         regulator_slack: signed slack of the regulator's set [m of ZMP].
-        tracking_slack: signed slack of the chosen (or present) tracking set [m of ZMP; N steps: of DCM]; NaN if none
-            was asked.
+        tracking_slack: the same of the chosen (or present) tracking set [m of ZMP; N steps: of DCM]; NaN if none.
         in_regulator_set, in_tracking_set: membership of the state, by these slacks.
         outside_all: no set contained the state, the least violated was taken.
         candidates: the trackers that were considered.

@@ -211,3 +211,12 @@ LAYERS = Registry(
         "hold": "controllers.whole_body.held_pose:HeldPose",
     },
 )
+ESTIMATORS = Registry(
+    kind="estimator",
+    group="okiagari.estimators",
+    methods=("estimate",),
+    shipped={
+        "truth": "controllers.senses:Truth",
+        "ekf": "controllers.estimation.ekf:InvariantEkf",
+    },
+)

@@ -29,6 +29,8 @@ from models.spoken import warnings_kept
 Array = NDArray[np.float64]
 
 MODELS = Path(__file__).parent
+IMU = "imu"
+"""The trunk's site that an IMU sits at."""
 
 
 def other(side: Side) -> Side:
@@ -66,6 +68,7 @@ class Robot:
             the stall torque tau of its motor [s].
         swing_speed: of the foot, with the leg swung by the slowest of these hinges at its no-load speed [m/s].
         hip_reach: how far the ankle gets from under the hip, horizontally, with the hip at its standing height [m].
+        imu: (3,) where the IMU sits in the trunk's frame [m]: the trunk's site `imu`, or its origin if it has none.
     """
 
     name: str
@@ -92,6 +95,7 @@ class Robot:
     swing_time: float
     swing_speed: float
     hip_reach: float
+    imu: Array
 
     @property
     def omega(self) -> float:
@@ -232,6 +236,7 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
         swing_time=max(math.sqrt(inertia_about(model, data, j) / torque[j - 1]) for j in swinging),
         swing_speed=leg_length * min(float(speed[j - 1]) for j in swinging),
         hip_reach=math.sqrt(max(straight**2 - bent**2, 0.0)),
+        imu=_frozen(_imu(model)),
     )
 
 
@@ -240,6 +245,12 @@ def _sole(model: mujoco.MjModel, side: str) -> Array:
     centre = (turn_of(site).T @ (geom.pos - site.pos))[:2]
     x, y = geom.size[:2]
     return _frozen(centre + np.array([[x, -y], [x, y], [-x, y], [-x, -y]]))
+
+
+def _imu(model: mujoco.MjModel) -> Array:
+    trunk = model.body(TRUNK).id
+    sites = [i for i in range(model.nsite) if model.site(i).name == IMU and model.site_bodyid[i] == trunk]
+    return model.site_pos[sites[0]] if sites else np.zeros(3)
 
 
 def _stance(data: mujoco.MjData, side: str) -> tuple[float, float, float]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, ValidationInfo, model_serializer
 
 from controllers.fields import Strict, conflict, file_fields, file_hash, refusal, within
-from controllers.registry import CONTROLLERS, LAYERS, Entry, Registry, short
+from controllers.registry import CONTROLLERS, ESTIMATORS, LAYERS, Entry, Registry, short
 from models.errors import InputError
 from scenarios.error_messages import first_error, near
 
@@ -128,3 +128,4 @@ ControllerName = Annotated[str, _name(CONTROLLERS)]
 LayerName = Annotated[str, _name(LAYERS)]
 ControllerChoice = Annotated[Choice, _choice(CONTROLLERS)]
 LayerChoice = Annotated[Choice, _choice(LAYERS)]
+EstimatorChoice = Annotated[Choice, _choice(ESTIMATORS)]

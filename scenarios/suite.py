@@ -13,7 +13,8 @@ from controllers.registry import short
 from scenarios.choice import ControllerName, LayerName
 from scenarios.push import LONGEST, DeltaV, Direction, Duration, Impulse, Offset, Start
 from scenarios.random_pushes import First, Random, Relative, Train
-from scenarios.schema import Delay, Friction, MassScale, Pose, PositionNoise, Seed, VelocityNoise, World
+from scenarios.schema import BodyError, Friction, MassScale, Pose, Seed, World
+from scenarios.sensing import Latency, PositionNoise, Preset, VelocityNoise
 from scenarios.variants import Variants
 
 MANY = 1_000_000
@@ -67,7 +68,9 @@ class Axes(Strict):
         robot, world, controller, whole_body: as of a scenario.
         body, direction, delta_v, impulse, duration, start, height: as of a push; one of delta_v, impulse and relative.
         relative: size of the push in units of omega d of its own direction, as of a train, from 1e-3 to 50.
-        mass_scale, friction, delay, noise_position, noise_velocity: as of a scenario's disturbance.
+        mass_scale, friction: as of a scenario's disturbance.
+        sensing, latency, noise_position, noise_velocity: preset, latency and state_noise of a scenario's sensing.
+        body_error: scale of a scenario's body.
     """
 
     robot: Words | None = None
@@ -84,9 +87,18 @@ class Axes(Strict):
     height: Annotated[tuple[Offset, ...], *_GRID] | None = None
     mass_scale: Annotated[tuple[MassScale, ...], *_GRID] | None = None
     friction: Annotated[tuple[Friction, ...], *_GRID] | None = None
-    delay: Annotated[tuple[Delay, ...], *_GRID] | None = None
+    sensing: Annotated[tuple[Preset, ...], *_AXIS] | None = None
+    latency: Annotated[tuple[Latency, ...], *_GRID] | None = None
     noise_position: Annotated[tuple[PositionNoise, ...], *_GRID] | None = None
     noise_velocity: Annotated[tuple[VelocityNoise, ...], *_GRID] | None = None
+    body_error: Annotated[tuple[BodyError, ...], *_GRID] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _renamed(cls, axes: Any) -> Any:
+        if isinstance(axes, dict) and "delay" in axes:
+            raise conflict("delay", "this axis is called latency now")
+        return axes
 
     def given(self) -> dict[str, tuple[Any, ...]]:
         """The axes that the suite has, in the order above."""

@@ -4,17 +4,33 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
 from scenarios.choice import REGISTRIES
-from scenarios.schema import Disturbance, Scenario
+from scenarios.schema import Scenario
 
 DECIDED = ("description", "world", "duration", "seed", "pushes")
 """Fields of a scenario that a suite decides itself, and no variant."""
 CHANGEABLE = tuple(name for name in Scenario.model_fields if name not in DECIDED)
 """Fields of a scenario that a variant may change."""
+
+WORLD: Mapping[str, str] = MappingProxyType(
+    {
+        "mass_scale": "disturbance.mass_scale",
+        "friction": "disturbance.friction",
+        "sensing": "sensing.preset",
+        "latency": "sensing.latency",
+        "noise_position": "sensing.state_noise.position",
+        "noise_velocity": "sensing.state_noise.velocity",
+        "body_error": "body.scale",
+    }
+)
+"""Parameter of an episode that says how its world differs from what the controllers believe -> its dotted field."""
+
+_PARAMETERS = {field: name for name, field in WORLD.items()}
 
 # Its fields depend on its kind, so that a table of it is a whole gain and no change of the base's.
 _WHOLE = "gain"
@@ -69,10 +85,10 @@ def changed(fields: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
 
 
 def parameter_of(field: str) -> str | None:
-    """The parameter of an episode that a dotted field is, if it is one: "disturbance.delay" is `delay`."""
+    """The parameter of an episode that a dotted field is, if it is one: "sensing.latency" is `latency`."""
+    if field in _PARAMETERS:
+        return _PARAMETERS[field]
     table, _, name = field.rpartition(".")
-    if table == "disturbance" and name in Disturbance.model_fields:
-        return name
     if table in REGISTRIES and name == "name":
         return table
     return field if field in ("robot", *REGISTRIES) else None

@@ -103,6 +103,7 @@ class DynamicsWholeBody:
             velocity=observation.velocity[6:],
             torque=self._torque + friction_torque(self._robot, observation.velocity[6:]),
             solver_failed=torque is None,
+            from_seen=True,
         )
 
     def _solve(self) -> Array | None:

@@ -15,7 +15,7 @@ from models.errors import InputError, one_line
 from sim.analysis.frame import as_frame, distinct, load_rows, records, recovered
 from sim.analysis.summary import is_finished
 from sim.analysis.thresholds import thresholds
-from sim.results.columns import LATER, PARAMETERS, SCHEMA
+from sim.results.columns import LATER, PARAMETERS, RENAMED, SCHEMA
 from sim.results.table import read_sweep, write_bytes
 from sim.results.train import SURVIVED
 
@@ -109,7 +109,10 @@ def read_baseline(path: Path) -> Baseline:
     if not isinstance(content, dict) or content.get("kind") != _KIND or content.get("version") != _VERSION:
         raise BaselineError(f"{path}: not a baseline of this version of Okiagari; make one with 'okiagari baseline'")
     try:
-        rows = [content["parameters"] | one for one in content["episodes"]]
+        rows = [
+            dict(LATER) | {RENAMED.get(name, name): value for name, value in (content["parameters"] | one).items()}
+            for one in content["episodes"]
+        ]
         lacking = [name for row in rows for name in _NEEDED if name not in row]
         baseline = Baseline(
             suite=content["suite"],

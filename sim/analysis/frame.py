@@ -24,9 +24,11 @@ CASE_COLUMNS = (
     "height",
     "mass_scale",
     "friction",
-    "delay",
+    "sensing",
+    "latency",
     "noise_position",
     "noise_velocity",
+    "body_error",
 )
 """What else than controller, direction and size a suite may vary; episodes that agree in all of these form a case."""
 

@@ -27,6 +27,7 @@ from sim.analysis.holes import holes
 from sim.analysis.motor_summary import motor_use
 from sim.analysis.prediction_score import prediction_score, sector
 from sim.analysis.push_limits import push_limits
+from sim.analysis.sight import sight
 from sim.analysis.statistics import rate, rate_of
 from sim.analysis.thresholds import Threshold, thresholds
 from sim.results.appearance import looks
@@ -40,7 +41,7 @@ _RANGES = 8
 _FACTS = ("name", "description", "tuned_on", "world", "suite_hash", "seed", "planned", "train", "rest")
 _SCALES = ("over_omega_d", "over_sqrt_gh", "delta_v")
 _PUSH = ("direction_deg", "delta_v")
-_NUMERIC = frozenset({*_PUSH, *CASE_COLUMNS}) - {"robot", "world", "whole_body", "variant", "body"}
+_NUMERIC = frozenset({*_PUSH, *CASE_COLUMNS}) - {"robot", "world", "whole_body", "variant", "body", "sensing"}
 
 
 def is_finished(frame: pd.DataFrame, sweep: dict[str, Any]) -> bool:
@@ -91,6 +92,7 @@ def summarise(frame: pd.DataFrame, sweep: dict[str, Any]) -> dict[str, Any]:
         "endurance": endurance(full),
         "rates": list(_rates(pushes)),
         "prediction_score": prediction_score(reference_rows(pushes, sweep)),
+        "sight": sight(frame),
         "motors": motor_use(full),
         "ablation": ablation(frame, sweep),
         "by_robot": _by_robot(frame, sweep) if frame["robot"].nunique() > 1 else {},

@@ -180,6 +180,9 @@ def _report(name: str, result: EpisodeResult, folder: Path) -> None:
     verdict = outcome.result.value.replace("_", " ")
     colour = {"recovered": "green", "fell": "red"}.get(outcome.result.value, "yellow")
     console.print(Text.assemble((verdict, f"bold {colour}"), f"{when}: {outcome.reason.value}; {steps}"))
+    if result.sight is not None:
+        off = f"{1e3 * result.sight.rms:.1f} mm RMS, {1e3 * result.sight.peak:.1f} mm at most"
+        console.print(Text(f"{scenario.sensing.words}: the DCM that was seen was off by {off}"))
     files = [folder / file for file in run_folder.FILES if (folder / file).exists()]
     console.print(Text("open " + "\n     ".join(str(file) for file in reversed(files))), soft_wrap=True)
 

@@ -9,12 +9,14 @@ from pydantic import ValidationError
 
 from controllers.fields import Strict
 from controllers.interface import BalanceController, JointController, Setting, WholeBodyLayer
-from controllers.registry import CONTROLLERS, LAYERS, Entry
+from controllers.registry import CONTROLLERS, ESTIMATORS, LAYERS, Entry
+from controllers.senses import Estimator
 from models.errors import InputError, OkiagariError, one_line, with_kind
 from models.robot import Robot
 from scenarios.choice import SHARED, Choice
 from scenarios.error_messages import first_error
 from scenarios.schema import Scenario
+from sim.sensing.nominal_body import SimulatedBody
 
 
 def make_controller(scenario: Scenario, robot: Robot) -> BalanceController | JointController:
@@ -46,6 +48,23 @@ def make_layer(scenario: Scenario, robot: Robot) -> WholeBodyLayer | None:
     entry = LAYERS.entry(choice.name)
     layer = _built(entry, "whole_body", robot, scenario.timing.control, _options(entry, "whole_body", choice.options))
     return cast(WholeBodyLayer, layer)
+
+
+def make_estimator(scenario: Scenario, robot: Robot) -> Estimator | None:
+    """The estimator of a scenario; None if the controllers are given the true state.
+
+    Raises:
+        InputError: if it is not ours and cannot be built.
+    """
+    if not scenario.sensing.estimates:
+        return None
+    choice, field = scenario.sensing.who, "sensing.estimator"
+    entry = ESTIMATORS.entry(choice.name)
+    options = _options(entry, field, choice.options)
+    estimator = cast(Estimator, _built(entry, field, robot, scenario.timing.control, options))
+    if hasattr(estimator, "nominal_body"):
+        estimator.nominal_body = SimulatedBody(robot, at_drive=scenario.sensing.at_drive)
+    return estimator
 
 
 def layer_of(scenario: Scenario) -> Choice | None:

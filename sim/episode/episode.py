@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.interface import BalanceController, JointController, Observation, WholeBodyLayer
-from controllers.registry import CONTROLLERS
+from controllers.registry import CONTROLLERS, ESTIMATORS
+from controllers.senses import Estimator
 from models.errors import InputError, OkiagariError
 from models.robot import Robot, load_robot
 from scenarios.catalogue import check_against
@@ -23,10 +24,11 @@ from sim.episode.guard import Guard
 from sim.episode.plant import Action, Condition, Plant, make_plant
 from sim.episode.push_record import PushRecord
 from sim.episode.recording import Recording, decision_as_dict
-from sim.episode.sensor_model import SensorModel
+from sim.episode.senses import make_senses
 from sim.episode.set_polygons import SetPolygon
 from sim.record.motors import MotorUse
 from sim.record.outcome import Outcome, falls, judge
+from sim.record.seen import SightError, sight_error
 from sim.record.trace import Trace
 
 
@@ -42,6 +44,7 @@ class EpisodeResult:
         decisions: what was decided, when and why; JSON types.
         pushes: what became of each push.
         motors: how much of them was used; None for the pendulum.
+        sight: how far off the controllers saw; None if they saw the true state.
         set_polygons: the MOA sets at the end of each push, for drawing.
         real_time_factor: simulated time / wall time of the loop, pictures excluded.
     """
@@ -53,6 +56,7 @@ class EpisodeResult:
     decisions: list[dict[str, Any]]
     pushes: list[PushRecord]
     motors: MotorUse | None
+    sight: SightError | None
     set_polygons: tuple[SetPolygon, ...]
     real_time_factor: float
 
@@ -97,7 +101,7 @@ class Episode:
         self.scenario, self.plant, self.controller, self.robot = scenario, plant, controller, plant.robot
         self.ticks = 0
         self._goes_on, self._on_tick = goes_on, on_tick
-        self._sensors = SensorModel(scenario)
+        self._senses = make_senses(scenario, plant)
         self._recording = Recording(scenario, plant, controller, polygons=polygons)
         choice = scenario.controller
         self._guard = Guard(f"controller {choice.short!r}", foreign=choice.name not in CONTROLLERS.shipped)
@@ -186,14 +190,14 @@ class Episode:
     def observe(self) -> Observation:
         """What the controller sees now; to be asked once a tick."""
         self.truth, self._condition = self.plant.observe(), self.plant.condition()
-        self.seen = self._sensors.see(self.truth)
+        self.seen = self._senses.see(self.truth, self.ticks)
         return self.seen
 
     def begin(self, action: Action) -> bool:
         """Take this tick's action and record it; False if the episode ends here, before acting."""
         self.action = action
         self.ticks += 1
-        over = self._recording.see(self.truth, self._condition, action)
+        over = self._recording.see(self.truth, self._condition, action, self.seen)
         # Somebody else's physics goes on, whatever the record says of it.
         if over and self.controller is not None and not (self._goes_on and not self.fell):
             self._ended = time.perf_counter()
@@ -211,18 +215,29 @@ class Episode:
     def result(self) -> EpisodeResult:
         """The record so far, judged."""
         wall = self._ended - self._began - self._recording.aside
-        trace = self._recording.trace()
+        trace = self._recording.trace(self._world_facts())
+        outcome = judge(trace)
         return EpisodeResult(
             scenario=self.scenario,
             robot=self.robot,
             trace=trace,
-            outcome=judge(trace),
+            outcome=outcome,
             decisions=[decision_as_dict(decision) for decision in getattr(self.controller, "decisions", ())],
             pushes=self._recording.pushes(self.plant, trace),
             motors=self._recording.motors(),
+            sight=sight_error(trace, outcome.time_of_fall),
             set_polygons=self._recording.set_polygons,
             real_time_factor=self.time / wall,
         )
+
+    def _world_facts(self) -> dict[str, Any]:
+        """What the metadata say of senses and body beside the scenario, if there is anything to say."""
+        sensing, errors = self.scenario.sensing, self.plant.body_errors
+        found: dict[str, Any] = {"body_errors": errors} if errors else {}
+        if not sensing.is_true:
+            found["sensing"] = sensing.as_run()
+            found["estimator_source"] = ESTIMATORS.entry(sensing.who.name).source
+        return found
 
 
 def _whole_ticks(who: str, controller: JointController, dt: float) -> int:
@@ -247,6 +262,7 @@ def run_episode(
     controller: BalanceController | JointController | None = None,
     robot: Robot | None = None,
     layer: WholeBodyLayer | None = None,
+    estimator: Estimator | None = None,
     polygons: bool = True,
     on_tick: Callable[[Episode], None] | None = None,
 ) -> EpisodeResult:
@@ -258,6 +274,7 @@ def run_episode(
         controller: a controller of your own; None for the one that the scenario names.
         robot: the one that the scenario names, if it has been read already.
         layer: the whole-body layer of a former episode, to be used again: see `sim.episode.build.make_layer`.
+        estimator: the estimator of a former episode, likewise.
         polygons: whether to work out the sets' outlines for the figure.
         on_tick: called after each tick with the episode.
 
@@ -266,7 +283,7 @@ def run_episode(
     """
     robot = robot or load_robot(scenario.robot)
     check_against(scenario, robot)
-    plant = make_plant(scenario, robot, layer)
+    plant = make_plant(scenario, robot, layer, estimator)
     controller = controller or make_controller(scenario, robot)
     episode = Episode(scenario, plant, controller, polygons=polygons, on_tick=on_tick)
     while episode.tick():

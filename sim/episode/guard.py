@@ -73,6 +73,20 @@ class Guard:
                 self._numbers(tick, name, gains, (joints,), observation)
         return targets
 
+    def check_observation(self, seen: Any, tick: int, truth: Observation) -> Observation:
+        """A state that controllers can be shown.
+
+        Raises:
+            InputError: if it is none, or has a wrong shape, no feet, or a number that is not finite.
+        """
+        if not isinstance(seen, Observation):
+            self._refuse(tick, "estimate", f"is {_kind(seen)}; it must be an Observation")
+        for name in ("cog", "cog_velocity", "angular_momentum", "configuration", "velocity"):
+            self._numbers(tick, name, getattr(seen, name), getattr(truth, name).shape, truth)
+        if not isinstance(seen.feet, dict) or set(seen.feet) != set(SIDES):
+            self._refuse(tick, "feet", "must be a FootState each for 'left' and 'right'")
+        return seen
+
     def _numbers(self, tick: int, field: str, value: Any, shape: tuple[int, ...], observation: Observation) -> None:
         if not isinstance(value, np.ndarray) or value.shape != shape:
             given = f"has shape {value.shape}" if isinstance(value, np.ndarray) else f"is {_kind(value)}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
@@ -15,14 +16,12 @@ from models.arena import FLOOR, SIDES, build_arena
 from models.robot import STAND, TRUNK, Robot, Side
 from scenarios.catalogue import with_push
 from scenarios.push import COG, Push
-from scenarios.schema import Disturbance, Scenario
+from scenarios.schema import Scenario
 from sim.episode.push_schedule import ImpulseLog, ScheduledPush, schedule, start_of_step
+from sim.episode.true_body import TrueBody
+from sim.sensing.servos import Servos
 
 Array = NDArray[np.float64]
-
-
-# Where MuJoCo's <dcmotor> keeps its stiffness [N m/rad] and its damping [N m s/rad].
-_GAINS = np.array([4, 6])
 
 
 class PushedPhysics(dm_mujoco.Physics):
@@ -35,6 +34,7 @@ class PushedPhysics(dm_mujoco.Physics):
     impulse_log: ImpulseLog
     steps_done: int
     bodies: list[int]
+    _watcher: Callable[[int], None] | None = None
 
     def after_reset(self) -> None:
         """Work out the first observation with the servos on, which hold the initial pose already."""
@@ -45,6 +45,10 @@ class PushedPhysics(dm_mujoco.Physics):
         self.impulse_log = impulse_log
         self.steps_done = 0
         self.bodies = [self._body(push) for push in impulse_log.scheduled]
+
+    def watch(self, watcher: Callable[[int], None] | None) -> None:
+        """Call somebody after every physics step, with the number of steps done; None for nobody."""
+        self._watcher = watcher
 
     def add_push(self, index: int, push: ScheduledPush) -> None:
         """Take in a push of which no step has been simulated; see `ImpulseLog.insert`."""
@@ -58,7 +62,7 @@ class PushedPhysics(dm_mujoco.Physics):
     def step(self, nstep: int = 1) -> None:
         """Advance by `nstep` physics steps, each with the forces and torques of all pushes that act in it."""
         acting = self.impulse_log.active(self.steps_done, self.steps_done + nstep)
-        if not acting:
+        if not acting and self._watcher is None:
             super().step(nstep)
             self.steps_done += nstep
             return
@@ -70,6 +74,8 @@ class PushedPhysics(dm_mujoco.Physics):
             self.steps_done += 1
             for index in acting:
                 self.data.ptr.xfrc_applied[self.bodies[index] or slice(None)] = 0.0
+            if self._watcher is not None:
+                self._watcher(self.steps_done)
 
     def push_point(self, index: int) -> Array:
         """(3,) where a push acts now, of a torque the body's COM, world frame [m]."""
@@ -108,6 +114,7 @@ class HumanoidWorld:
         physics: the simulation; also what the dm_env environment is built on.
         robot: its facts.
         substeps: physics steps in a control period.
+        body: how it differs from the robot's file.
         scenario: of the episode, with the pushes that were added to it.
     """
 
@@ -123,18 +130,14 @@ class HumanoidWorld:
         self._asked = scenario
         self._dt = scenario.timing.control
         model = build_arena(robot.path, timestep=scenario.timing.physics).compile()
-        _disturb(model, scenario.disturbance)
+        self.body = TrueBody(model, scenario)
         self.physics: PushedPhysics = PushedPhysics.from_model(wrapper.MjModel(model))
         self._model, self._data = self.physics.model.ptr, self.physics.data.ptr
         self._trunk = model.body(TRUNK).id
         self._site: dict[Side, int] = {side: model.site(f"{side}_sole").id for side in SIDES}
         self._sole_at: dict[Side, int] = {side: int(model.sensor(f"{side}_sole").adr[0]) for side in SIDES}
-        self._servo = _servo_columns(model)
-        self._motor = _motor_order(model)
+        self._servos = Servos(self._model, self._data)
         self._floor_at = int(model.sensor(FLOOR).adr[0])
-        self._controls = np.zeros((len(robot.joint_names), 3))
-        self._file_gains = model.actuator_gainprm[self._motor][:, _GAINS].copy()
-        self._gains_changed = False
         self.ticks = 0
         self.reset()
 
@@ -151,6 +154,7 @@ class HumanoidWorld:
         """
         # Pushes that were added belong to the episode that is over.
         self.scenario = scenario = self._asked
+        self.body.draw(scenario)
         model, data = self._model, self._data
         period = scenario.timing.physics
         self.physics.plan_pushes(ImpulseLog(schedule(scenario.pushes, period, self.robot.mass), period))
@@ -217,21 +221,7 @@ class HumanoidWorld:
 
     def set_targets(self, targets: JointTargets) -> None:
         """Give the servos their targets."""
-        controls = self._controls
-        controls[:, 0], controls[:, 1], controls[:, 2] = targets.position, targets.velocity, targets.torque
-        self._data.ctrl[self._servo] = controls.ravel()
-        if targets.stiffness is not None or targets.damping is not None or self._gains_changed:
-            self._set_gains(targets.stiffness, targets.damping)
-
-    def _set_gains(self, stiffness: Array | None, damping: Array | None) -> None:
-        """Give the servos (n,) gains, or back those of the robot's file."""
-        gains = self._file_gains.copy()
-        for column, given in enumerate((stiffness, damping)):
-            if given is not None:
-                gains[:, column] = given
-        parameters = self._model.actuator_gainprm
-        parameters[np.arange(len(parameters))[self._motor][:, None], _GAINS] = gains
-        self._gains_changed = stiffness is not None or damping is not None
+        self._servos.set(targets)
 
     def tick_done(self) -> None:
         """Count a control period that the physics has run."""
@@ -247,31 +237,10 @@ class HumanoidWorld:
         soles = counts[self._sole_at["left"]] + counts[self._sole_at["right"]]
         return bool(counts[self._floor_at] > soles)
 
+    def joints(self) -> tuple[Array, Array]:
+        """(n,) angle [rad] and (n,) speed [rad/s] of the joints now, as views."""
+        return self._data.qpos[7:], self._data.qvel[6:]
+
     def motor_state(self) -> tuple[Array, Array]:
         """(n,) torque [N m] and (n,) speed [rad/s] of the motors, as views."""
-        return self._data.actuator_force[self._motor], self._data.qvel[6:]
-
-
-def _disturb(model: mujoco.MjModel, disturbance: Disturbance) -> None:
-    """Make the world differ from what the controllers know of it."""
-    if disturbance.mass_scale != 1.0:
-        model.body_mass *= disturbance.mass_scale
-        model.body_inertia *= disturbance.mass_scale
-        # What MuJoCo derives from masses when it compiles.
-        mujoco.mj_setConst(model, mujoco.MjData(model))
-    if disturbance.friction is not None:
-        model.geom(FLOOR).friction[0] = disturbance.friction
-
-
-def _motor_order(model: mujoco.MjModel) -> slice | NDArray[np.intp]:
-    """Index of each joint's actuator, in the robot's joint order; a slice if they are in that order already."""
-    by_joint = {int(joint): i for i, joint in enumerate(model.actuator_trnid[:, 0])}
-    order = np.array([by_joint[joint] for joint in range(1, model.njnt)])
-    return slice(None) if (order == np.arange(len(order))).all() else order
-
-
-def _servo_columns(model: mujoco.MjModel) -> slice | NDArray[np.intp]:
-    """Index of the three controls (position, velocity, torque) of each joint after another, as `_motor_order`."""
-    first = model.actuator_ctrladr[_motor_order(model)]
-    columns = (first[:, None] + np.arange(3)).ravel()
-    return slice(None) if (columns == np.arange(model.nu)).all() else columns
+        return self._data.actuator_force[self._servos.order], self._data.qvel[6:]

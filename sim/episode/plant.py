@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from dm_control.rl.control import PhysicsError
@@ -12,15 +12,17 @@ from numpy.typing import NDArray
 
 from controllers.interface import BalanceCommand, JointTargets, Observation, WholeBodyLayer
 from controllers.registry import LAYERS
+from controllers.senses import Estimator
 from models.errors import InputError, OkiagariError, one_line
 from models.robot import Robot
 from scenarios.push import Push
 from scenarios.schema import Scenario
-from sim.episode.build import layer_of, make_layer
+from sim.episode.build import layer_of, make_estimator, make_layer
 from sim.episode.guard import Guard
 from sim.episode.humanoid_world import HumanoidWorld
 from sim.episode.pendulum_world import PendulumWorld
 from sim.episode.push_schedule import ImpulseLog
+from sim.sensing.drive import Drives
 
 Array = NDArray[np.float64]
 Action = BalanceCommand | JointTargets
@@ -80,6 +82,10 @@ class Plant(Protocol):
     def condition(self) -> Condition:
         """What an outcome is judged by, now."""
 
+    @property
+    def body_errors(self) -> dict[str, Any]:
+        """How the true body was drawn, see `TrueBody`; empty if it is as its file says."""
+
     def push_point(self, index: int) -> Array:
         """(3,) where a push acts now, of a torque the body's COM [m]."""
 
@@ -123,6 +129,11 @@ class PendulumPlant:
         """See `Plant`."""
         return self._world.observe()
 
+    @property
+    def body_errors(self) -> dict[str, Any]:
+        """See `Plant`; a pendulum has none."""
+        return {}
+
     def condition(self) -> Condition:
         """A pendulum has no trunk: it leans as the line from the middle of its feet to its COG does."""
         observation = self._world.observe()
@@ -151,16 +162,30 @@ class PendulumPlant:
 
 
 class HumanoidPlant:
-    """The humanoid: whole-body layer, servos and physics."""
+    """The humanoid: whole-body layer, servos and physics.
 
-    def __init__(self, scenario: Scenario, robot: Robot, layer: WholeBodyLayer | None = None) -> None:
+    Attributes:
+        robot: its facts.
+        world: the physics.
+        estimator: who makes a state of what the sensors say; None if there is nobody.
+        targets: what the servos were asked for last, in the controllers' words; None in the first tick.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        robot: Robot,
+        layer: WholeBodyLayer | None = None,
+        estimator: Estimator | None = None,
+    ) -> None:
         self.robot = robot
         self.world = HumanoidWorld(scenario, robot)
         self._layer = make_layer(scenario, robot) if layer is None else layer
-        self._reset_layer()
+        self.estimator = make_estimator(scenario, robot) if estimator is None else estimator
+        self.targets: JointTargets | None = None
+        self._begin()
         name = scenario.whole_body if (choice := layer_of(scenario)) is None else choice
         self._guard = Guard(f"whole_body {name.short!r}", foreign=name.name not in LAYERS.shipped)
-        self._targets: JointTargets | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -174,14 +199,17 @@ class HumanoidPlant:
     def reset(self, scenario: Scenario) -> None:
         """See `Plant`."""
         self.world.reset(scenario)
-        self._reset_layer()
+        self._begin()
 
     def arrange(self) -> None:
         """The same within a `reset_context` of the physics, which dm_control's environments open themselves."""
         self.world.arrange()
-        self._reset_layer()
+        self._begin()
 
-    def _reset_layer(self) -> None:
+    def _begin(self) -> None:
+        """Make all but the physics ready for an episode."""
+        self.targets = None
+        self._drives = Drives(self.world.scenario, self.robot)
         if self._layer is not None:
             self._layer.reset()
 
@@ -193,6 +221,11 @@ class HumanoidPlant:
     def observe(self) -> Observation:
         """See `Plant`."""
         return self.world.observe()
+
+    @property
+    def body_errors(self) -> dict[str, Any]:
+        """See `Plant`."""
+        return self.world.body.errors
 
     def condition(self) -> Condition:
         """See `Plant`."""
@@ -208,8 +241,8 @@ class HumanoidPlant:
             assert self._layer is not None, "a controller at joint level gives no balance command"
             targets = self._guard.ask(self._layer.targets, tick, seen, action)
             action = self._guard.check_targets(targets, tick, len(self.robot.joint_names), seen)
-        self._targets = action
-        self.world.set_targets(action)
+        self.targets = action
+        self.world.set_targets(self._drives.reference(action, seen, *self.world.joints()))
 
     def step(self) -> None:
         """See `Plant`."""
@@ -221,18 +254,23 @@ class HumanoidPlant:
 
     def end(self) -> Effort:
         """See `Plant`."""
-        assert self._targets is not None
+        assert self.targets is not None
         self.world.tick_done()
         torque, speed = self.world.motor_state()
-        return Effort(solver_failed=self._targets.solver_failed, torque=torque, speed=speed)
+        return Effort(solver_failed=self.targets.solver_failed, torque=torque, speed=speed)
 
 
-def make_plant(scenario: Scenario, robot: Robot, layer: WholeBodyLayer | None = None) -> Plant:
+def make_plant(
+    scenario: Scenario, robot: Robot, layer: WholeBodyLayer | None = None, estimator: Estimator | None = None
+) -> Plant:
     """The plant of the world that a scenario names.
 
     Args:
         scenario: what happens.
         robot: the one that it names.
         layer: its whole-body layer, if there is one of a former episode, which nobody else uses.
+        estimator: its estimator, likewise.
     """
-    return PendulumPlant(scenario, robot) if scenario.world == "pendulum" else HumanoidPlant(scenario, robot, layer)
+    if scenario.world == "pendulum":
+        return PendulumPlant(scenario, robot)
+    return HumanoidPlant(scenario, robot, layer, estimator)

@@ -36,7 +36,8 @@ from sim.episode.step_count import StepCount
 from sim.record.motors import MotorLog, MotorUse
 from sim.record.outcome import EarlyEnd
 from sim.record.push_columns import PushColumns, combined
-from sim.record.trace import Trace, TraceRecorder
+from sim.record.seen import seen_row
+from sim.record.trace import SEEN_CHANNELS, Trace, TraceRecorder
 from sim.record.versions import commit, versions
 
 Array = NDArray[np.float64]
@@ -77,7 +78,7 @@ class Recording:
         self._scenario = scenario
         self._robot = robot
         self._files = {option: file_hash(path) for option, path in scenario.controller.files(CONTROLLERS).items()}
-        self._recorder = TraceRecorder(scenario.ticks, joints=joints)
+        self._recorder = TraceRecorder(scenario.ticks, joints=joints, seen=not scenario.sensing.is_true)
         self._at = _Columns(self._recorder, joints is not None)
         last = max((push.end for push in scenario.pushes), default=None)
         self._early = EarlyEnd(
@@ -119,8 +120,8 @@ class Recording:
         """The pushes that acted in the latest tick: index -> (3,) mean force [N] or torque [N m], (3,) where [m]."""
         return self._acting
 
-    def see(self, observation: Observation, condition: Condition, action: Action) -> bool:
-        """Write the state and the action of this tick; True if the episode may end here.
+    def see(self, observation: Observation, condition: Condition, action: Action, seen: Observation) -> bool:
+        """Write the state, the action and what was seen in this tick; True if the episode may end here.
 
         Joint targets say neither a ZMP, nor which foot is to stand: what stands is then what the floor carries.
         """
@@ -151,6 +152,8 @@ class Recording:
         if self._predictor is not None:
             row[at.slack : at.slack + 2] = self._predictor.slacks
         row[at.slack + 2] = self._support_slack(observation)
+        if at.seen is not None:
+            row[at.seen : at.seen + len(SEEN_CHANNELS)] = seen_row(observation, seen, self._robot.omega)
         if at.root is not None:
             row[at.root :] = observation.configuration
         self._note_ended_pushes(observation, x)
@@ -180,8 +183,8 @@ class Recording:
         if effort.torque is not None and effort.speed is not None:
             self._motors.add(effort.torque, effort.speed)
 
-    def trace(self) -> Trace:
-        """The record so far."""
+    def trace(self, world: Mapping[str, Any]) -> Trace:
+        """The record so far; `world` is what the metadata say of it beside the scenario."""
         self._recorder.fill(self._motors.channels())
         controller = CONTROLLERS.entry(self._scenario.controller.name)
         return self._recorder.trace(
@@ -193,6 +196,7 @@ class Recording:
                 "versions": versions(controller.libraries),
                 "commit": commit(),
                 "seed": self._scenario.seed,
+                **world,
             },
             self._pushes.columns(self._scenario.pushes, self._scenario.apart, len(self._recorder)),
         )
@@ -271,6 +275,7 @@ class _Columns:
         self.tilt, self.push = index["trunk_tilt"], index["push_fx"]
         self.phase, self.slack = index["phase"], index["regulator_slack"]
         self.effort = index["solver_failed"]
+        self.seen = index.get("seen_cog_x")
         self.root = index["root_x"] if humanoid else None
 
 

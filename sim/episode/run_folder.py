@@ -185,6 +185,7 @@ def outcome_record(result: EpisodeResult) -> dict[str, Any]:
         "versions": metadata["versions"],
         "commit": metadata["commit"],
         "pushes": [asdict(push) for push in result.pushes],
+        "sight": None if result.sight is None else asdict(result.sight),
         "motors": None if result.motors is None else asdict(result.motors),
     }
 

@@ -17,6 +17,7 @@ from sim.presenter.formatting import (
     split_words,
 )
 from sim.presenter.prediction_section import prediction_section
+from sim.presenter.sight_section import sight_section
 from sim.presenter.tables import Section, Table
 from sim.presenter.threshold_section import cases, threshold_section
 from sim.presenter.who import Entry, Summary, crash_words, first_words, in_order, label, who
@@ -32,7 +33,16 @@ _USES = (
 def sections(summary: Summary) -> list[Section]:
     """All sections of a summary that have something to tell, of each robot in turn if there are several."""
     if not summary["by_robot"]:
-        makers = (_first, _endurance, _ablation, threshold_section, _recovered, prediction_section, _motors)
+        makers = (
+            _first,
+            _endurance,
+            _ablation,
+            threshold_section,
+            _recovered,
+            prediction_section,
+            sight_section,
+            _motors,
+        )
         return [section for make in makers if (section := make(summary)) is not None]
     return [
         replace(

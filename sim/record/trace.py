@@ -52,6 +52,14 @@ ROOT_CHANNELS: Mapping[str, str] = MappingProxyType(
 """Pose of the trunk; only a robot with joints has it, followed by a column `q_<joint>` [rad] for each."""
 
 
+SEEN_CHANNELS: Mapping[str, str] = MappingProxyType(
+    dict.fromkeys(("seen_cog_x", "seen_cog_y", "seen_cog_z"), "m")
+    | dict.fromkeys(("seen_cog_vx", "seen_cog_vy", "seen_cog_vz"), "m/s")
+    | dict.fromkeys(("dcm_error_x", "dcm_error_y"), "m")
+)
+"""What the controllers saw, and the error of its DCM about the loaded soles; only if that was not the true state."""
+
+
 class TraceFileError(InputError):
     """A trace file is missing, damaged or not a trace."""
 
@@ -154,14 +162,15 @@ class TraceRecorder:
         index: channel -> column.
     """
 
-    def __init__(self, rows: int, *, joints: Sequence[str] | None = None) -> None:
+    def __init__(self, rows: int, *, joints: Sequence[str] | None = None, seen: bool = False) -> None:
         """Make room.
 
         Args:
             rows: most rows that will come.
             joints: names of the joints; None for a world without a body, which has no trunk pose either.
+            seen: whether there are `SEEN_CHANNELS`.
         """
-        units = dict(TRACE_CHANNELS)
+        units = dict(TRACE_CHANNELS) | (dict(SEEN_CHANNELS) if seen else {})
         if joints is not None:
             units |= dict(ROOT_CHANNELS) | {f"q_{joint}": "rad" for joint in joints}
         self._units = units

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import pyarrow as pa
 
@@ -59,9 +60,11 @@ PARAMETERS: Mapping[str, Column] = MappingProxyType(
         "height": _number("m", "how far above the body's COM the push acts"),
         "mass_scale": _number("1", "true mass / mass that the controllers know"),
         "friction": _number("1", "sliding friction of the floor; null as the arena has it"),
-        "delay": _number("s", "age of what the controllers see"),
+        "sensing": _text("exact, ideal, typical or cheap: preset of the sensors"),
+        "latency": _number("s", "age of what the controllers see"),
         "noise_position": _number("m", "sd of the noise of the COG that the controllers see"),
         "noise_velocity": _number("m/s", "sd of the noise of the COG velocity that the controllers see"),
+        "body_error": _number("1", "scale of the true body's errors"),
         "replica": _count("number of the repetition, from 0"),
     }
 )
@@ -102,6 +105,10 @@ OUTCOME: Mapping[str, Column] = MappingProxyType(
         "peak_speed_joint": _text("that joint"),
         "saturated_time": _number("s", "how long any motor was at its torque-speed line; null on the pendulum"),
         "saturated_joint": _text("whose was there longest; null if none was"),
+        "dcm_error_rms": _number(
+            "m", "of the DCM that is seen about the loaded soles, from the first push on; null if the state is seen"
+        ),
+        "dcm_error_peak": _number("m", "its largest"),
         "trace_hash": _text("SHA-256 of every number of the trace"),
     }
 )
@@ -138,8 +145,12 @@ COLUMNS: Mapping[str, Column] = MappingProxyType(
 )
 """Every column, in order."""
 
-LATER = ("variant",)
-"""Columns that tables of former versions lack; these mean null by that."""
+LATER: Mapping[str, Any] = MappingProxyType(
+    {"variant": None, "sensing": "exact", "body_error": 0.0, "dcm_error_rms": None, "dcm_error_peak": None}
+)
+"""Columns that tables of former versions lack -> what is meant by that."""
+RENAMED: Mapping[str, str] = MappingProxyType({"delay": "latency"})
+"""Columns as tables of former versions call them -> as they are called now."""
 
 SCHEMA = pa.schema(
     [

@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from models.errors import InputError, one_line
 from sim.record.parquet import read_parquet
 from sim.results.checksum import BLANK, add_checksum, has_checksum, is_intact
-from sim.results.columns import COLUMNS, LATER, SCHEMA
+from sim.results.columns import COLUMNS, LATER, RENAMED, SCHEMA
 
 RESULTS = "results.parquet"
 """All rows of a finished sweep."""
@@ -55,10 +55,11 @@ def read_file(path: Path) -> pa.Table:
         table = read_parquet(content)
     except (OSError, pa.ArrowException) as error:
         raise _damaged(path, error) from None
-    for name in LATER:
-        if name not in table.schema.names:
-            nothing = pa.nulls(table.num_rows, SCHEMA.field(name).type)
-            table = table.add_column(min(SCHEMA.get_field_index(name), table.num_columns), name, nothing)
+    table = table.rename_columns([RENAMED.get(name, name) for name in table.schema.names])
+    for name in SCHEMA.names:
+        if name in LATER and name not in table.schema.names:
+            meant = pa.repeat(pa.scalar(LATER[name], SCHEMA.field(name).type), table.num_rows)
+            table = table.add_column(min(SCHEMA.get_field_index(name), table.num_columns), name, meant)
     if table.schema.names != SCHEMA.names or table.schema.types != SCHEMA.types:
         raise ResultsError(f"{path}: not a table of a sweep of this version of Okiagari; move it out of the folder")
     if not has_checksum(content):

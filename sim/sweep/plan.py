@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import itertools
 from collections.abc import Callable, Iterator, Mapping
@@ -23,14 +24,16 @@ from scenarios.random_pushes import Random
 from scenarios.schema import Scenario
 from scenarios.suite import SIZES, Suite
 from scenarios.suite_catalogue import START, LoadedSuite
-from scenarios.variants import changed, parameter_of
+from scenarios.variants import WORLD, changed, parameter_of
 from sim.results.push_size import robot_named
+from sim.sweep.naming import episode_name, episode_seed
 from sim.sweep.pushes import DIGITS, canonical, first_push, sized, stream, train_pushes
 
 # Who answers the push does not change what is drawn: controllers are compared push by push.
 _WHO = ("world", "controller", "whole_body")
+# Nor do senses and the true body: they are compared push by push, too.
+_UNDRAWN = (*_WHO, "sensing", "body_error")
 _SCENARIO = ("robot", "world", "controller", "whole_body")
-_DISTURBANCE = ("mass_scale", "friction", "delay", "noise_position", "noise_velocity")
 _TABLES = ("train", "first")
 _PUSH = ("body", "direction", "delta_v", "impulse", "duration", "start", "height")
 # Sets what a replica draws apart from what else is drawn with the episode's seed.
@@ -85,16 +88,16 @@ def plan(loaded: LoadedSuite) -> list[Series]:
     for asked, design in itertools.product(_conditions(loaded), _designs(loaded)):
         for replica in range(suite.replicas):
             parameters = asked | {"replica": replica} | design
-            name = _hash(loaded, parameters)
+            name = episode_name(suite.seed, parameters)
             alike = {key: value for key, value in parameters.items() if key != size}
             if adaptive is None:
                 series = name
             elif adaptive.each_replica:
-                series = _hash(loaded, alike)
+                series = episode_name(suite.seed, alike)
             else:
-                series = _hash(loaded, {key: value for key, value in alike.items() if key != "replica"})
+                series = episode_name(suite.seed, {key: value for key, value in alike.items() if key != "replica"})
             drawn = asked | {"replica": replica}
-            seed = _seed(loaded, {key: value for key, value in drawn.items() if key not in _WHO})
+            seed = episode_seed(suite.seed, {key: value for key, value in drawn.items() if key not in _UNDRAWN})
             episode = PlannedEpisode(name=name, suite=loaded.name, series=series, seed=seed, parameters=parameters)
             groups.setdefault(series, []).append(episode)
             check(episode)
@@ -148,7 +151,7 @@ def _conditions(loaded: LoadedSuite) -> Iterator[dict[str, Any]]:
     always: dict[str, Any] = {"robot": _called(loaded, base.robot if suite.axes.robot is None else suite.axes.robot[0])}
     always |= {"world": base.world}
     always |= {name: getattr(base, name).short for name in REGISTRIES}
-    always |= {name: getattr(base.disturbance, name) for name in _DISTURBANCE}
+    always |= {name: functools.reduce(getattr, field.split("."), base) for name, field in WORLD.items()}
     always |= {name: push.get(name, plain[name].default) for name in ("body", "duration", "height")}
     always |= {"start": push.get("start", START)}
     always |= _beside(suite)
@@ -227,7 +230,8 @@ def scenario_of(loaded: LoadedSuite, episode: PlannedEpisode) -> Scenario:
         # The base's options are of the base's class.
         if parameters[name] != getattr(loaded.base, name).short:
             fields[name] = loaded.classes(name)[parameters[name]]
-    fields["disturbance"] = {name: value for name in _DISTURBANCE if (value := parameters[name]) is not None}
+    given = {field: value for name, field in WORLD.items() if (value := parameters[name]) is not None}
+    fields = changed(fields, given)
     fields["variation"] = {"pose": replica.pose} if replica.pose is not None else fields["variation"]
     fields = changed(fields, parameters.get("changes", {}))
     # The last row of a trace is one tick before the end, and it is that row which must be late enough.
@@ -281,7 +285,7 @@ def _checker(loaded: LoadedSuite) -> Callable[[PlannedEpisode], None]:
 
 def _fitting(parameters: Mapping[str, Any]) -> Iterator[Any]:
     """The parameters that can be at odds with others; each alone has been checked when the suite was read."""
-    yield from (parameters.get(name) for name in (*_SCENARIO, "friction", "delay", "body", "variant"))
+    yield from (parameters.get(name) for name in (*_SCENARIO, *WORLD, "body", "variant"))
     yield bool(parameters.get("height"))
 
 
@@ -289,12 +293,3 @@ def _is_too_hard(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> bool:
     """Whether an impulse is one that `check_against` refuses for this robot's mass."""
     impulse = parameters.get("impulse")
     return impulse is not None and impulse > FASTEST * _robot(loaded, parameters).mass
-
-
-def _hash(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> str:
-    return hashlib.sha256(canonical([loaded.suite.seed, dict(parameters)])).hexdigest()[:12]
-
-
-def _seed(loaded: LoadedSuite, parameters: Mapping[str, Any]) -> int:
-    digest = hashlib.sha256(canonical([loaded.suite.seed, "seed", dict(parameters)])).digest()
-    return int.from_bytes(digest[:4])

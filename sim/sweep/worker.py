@@ -7,17 +7,18 @@ import hashlib
 import json
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.interface import Phase, WholeBodyLayer
-from controllers.registry import CONTROLLERS, LAYERS
+from controllers.registry import CONTROLLERS, ESTIMATORS, LAYERS
+from controllers.senses import Estimator
 from scenarios.schema import Scenario
-from sim.episode.build import layer_of, make_layer
+from sim.episode.build import layer_of, make_estimator, make_layer
 from sim.episode.episode import EpisodeResult, run_episode
 from sim.record.motors import MotorUse
 from sim.record.versions import commit, versions
@@ -35,8 +36,10 @@ CRASHED = "crashed"
 # Cluster workers may run tasks in threads; the solvers were not made for that.
 _ONE_AT_A_TIME = threading.Lock()
 LAYERS_KEPT = 8
-"""So many whole-body layers are kept in a worker."""
-_layers: dict[str, WholeBodyLayer] = {}
+"""So many whole-body layers, and estimators, are kept in a worker."""
+T = TypeVar("T")
+_layers: dict[str, WholeBodyLayer | None] = {}
+_estimators: dict[str, Estimator | None] = {}
 # Times are sums of many periods.
 _ROUNDING = 1e-9
 
@@ -54,8 +57,13 @@ def run_job(job: Job) -> dict[str, Any]:
     with _ONE_AT_A_TIME:
         begin = time.perf_counter()
         scenario = job.scenario
-        layer = None if layer_of(scenario) is None else _layer(scenario)
-        result = run_episode(scenario, robot=robot_named(scenario.robot), layer=layer, polygons=False)
+        result = run_episode(
+            scenario,
+            robot=robot_named(scenario.robot),
+            layer=_layer(scenario),
+            estimator=_estimator(scenario),
+            polygons=False,
+        )
         row = _known(job) | happened(result, train="train" in job.episode.parameters)
         return row | {
             "real_time_factor": result.real_time_factor,
@@ -76,27 +84,40 @@ def trace_hash(values: Array, channels: Sequence[str]) -> str:
     return digest.hexdigest()
 
 
-def _layer(scenario: Scenario) -> WholeBodyLayer:
-    """A whole-body layer, made once for each kind, robot and period."""
+def _layer(scenario: Scenario) -> WholeBodyLayer | None:
+    """A whole-body layer, made once for each kind, robot and period; None if there is nothing for it to do."""
     # placo does not give back a solver's memory, 0.8 MB each: a worker must not make one an episode.
-    choice = layer_of(scenario)
-    assert choice is not None
+    if (choice := layer_of(scenario)) is None:
+        return None
     key = json.dumps([scenario.robot, choice.model_dump(), scenario.timing.control])
-    if key not in _layers:
-        if len(_layers) >= LAYERS_KEPT:
-            _layers.pop(next(iter(_layers)))
-        layer = make_layer(scenario, robot_named(scenario.robot))
-        assert layer is not None
-        _layers[key] = layer
-    return _layers[key]
+    return _kept(_layers, key, lambda: make_layer(scenario, robot_named(scenario.robot)))
+
+
+def _estimator(scenario: Scenario) -> Estimator | None:
+    """The same of an estimator."""
+    if not scenario.sensing.estimates:
+        return None
+    sensing = scenario.sensing
+    key = json.dumps([scenario.robot, sensing.who.model_dump(), sensing.at_drive, scenario.timing.control])
+    return _kept(_estimators, key, lambda: make_estimator(scenario, robot_named(scenario.robot)))
+
+
+def _kept(known: dict[str, T], key: str, make: Callable[[], T]) -> T:
+    if key not in known:
+        if len(known) >= LAYERS_KEPT:
+            known.pop(next(iter(known)))
+        known[key] = make()
+    return known[key]
 
 
 def makers_of(scenario: Scenario) -> dict[str, str]:
-    """What an episode's bits depend on: versions, the robot, and what of controller and layer is in files."""
+    """What an episode's bits depend on: versions, the robot, and what of all classes is in files."""
     robot = robot_named(scenario.robot)
     chosen = [(CONTROLLERS, scenario.controller)]
     if (layer := layer_of(scenario)) is not None:
         chosen.append((LAYERS, layer))
+    if scenario.sensing.estimates:
+        chosen.append((ESTIMATORS, scenario.sensing.who))
     brought = tuple(library for registry, choice in chosen for library in registry.entry(choice.name).libraries)
     found = _versions(brought) | {f"robot {robot.name}": robot.sha256[:12]}
     for registry, choice in chosen:
@@ -158,6 +179,8 @@ def happened(result: EpisodeResult, *, train: bool) -> dict[str, Any]:
         "settle_time": None if settled is None else max(0.0, settled - push.start - push.duration),
         "trace_hash": trace_hash(trace.values, trace.channels),
     }
+    if result.sight is not None:
+        row |= {"dcm_error_rms": result.sight.rms, "dcm_error_peak": result.sight.peak}
     row |= {field.name: getattr(result.motors, field.name, None) for field in fields(MotorUse)}
     if train:
         return row | train_columns(result)

@@ -40,7 +40,8 @@ CASES: dict[str, dict[str, Any]] = {
     "no planning anew": _PUSHED | {"stepping": {"replan": False, "max_steps": 2, "angular_momentum": False}},
     "at a point, half a sine": {"duration": 5.0, "pushes": [_POINT | {"shape": "half_sine", "duration": 0.2}]},
     "disturbed": _PUSHED
-    | {"disturbance": {"mass_scale": 1.05, "friction": 0.6, "delay": 0.004, "noise_velocity": 0.003}},
+    | {"disturbance": {"mass_scale": 1.05, "friction": 0.6}}
+    | {"sensing": {"latency": 0.004, "state_noise": {"velocity": 0.003}}},
     "felled": {"duration": 5.0, "pushes": [{"start": 0.5, "direction": 45.0, "delta_v": 1.0}]},
     "on the COG": {"duration": 5.0, "pushes": [{"start": 0.5, "direction": 180.0, "delta_v": 0.4, "body": "cog"}]},
 }

@@ -46,9 +46,13 @@ SCENARIO_FIELDS: dict[str, Any] = {
         "swing_height": 0.025, "replan": True, "early_trigger": 0.1, "angular_momentum": True,
     },
     "variation": {"pose": 0.002},
-    "disturbance": {
-        "mass_scale": 1.1, "delay": 0.004, "noise_position": 0.001, "noise_velocity": 0.01, "friction": 0.5,
+    "disturbance": {"mass_scale": 1.1, "friction": 0.5},
+    "sensing": {
+        "preset": "typical", "latency": 0.003, "servo": "drive", "joint": {"counts": 4096, "offset": 0.001},
+        "imu": {"gyro_noise": 0.01, "gyro_range": 10.0, "rate": 500.0}, "foot": {"least_force": 3.0},
+        "estimator": {"name": "ekf", "predictor": "none"},
     },
+    "body": {"scale": 1.0, "mass": 0.05, "com": 0.002, "joint_friction": 0.3, "motor": 0.05, "floor_friction": 0.1},
     "pushes": [
         PUSH | {"shape": "half_sine", "point": [0.0, 0.0, 0.05]}, PUSH | {"start": 0.2},
         {"start": 0.21, "torque": [0.1, 0.0, 0.5], "duration": 0.1},
@@ -64,7 +68,8 @@ SUITE_FIELDS: dict[str, Any] = {
     "axes": {
         "world": ["pendulum"], "controller": ["supervisor", "statue"], "body": ["trunk"], "direction": [0, 90],
         "delta_v": {"first": 0.1, "last": 0.3, "step": 0.1}, "duration": [0.1], "start": [0.6], "height": [0.0],
-        "mass_scale": [0.9], "delay": [0.0], "noise_position": [0.0], "noise_velocity": [0.0],
+        "mass_scale": [0.9], "latency": [0.0], "noise_position": [0.0], "noise_velocity": [0.0],
+        "sensing": ["exact"], "body_error": [0.0],
     },
     "replica": {"pose": 0.002, "shift": 0.1, "time": 0.01, "direction": 5.0},
 }  # fmt: skip
@@ -122,7 +127,8 @@ def scenario_case(rng: random.Random, folder: Path) -> str:
     """A scenario file, of which the first ticks are run."""
     base = SCENARIO_FIELDS | {"world": rng.choice(("pendulum", "humanoid")), "gain": rng.choice(GAINS)}
     if base["world"] == "pendulum":
-        base = base | {"disturbance": {"mass_scale": 1.1, "delay": 0.004}}
+        noisy = {"latency": 0.004, "state_noise": {"position": 0.001, "velocity": 0.01}}
+        base = base | {"disturbance": {"mass_scale": 1.1}, "sensing": noisy, "body": {"scale": 0.0}}
     base["controller"] = rng.choice(("supervisor", "paper", "regulator", "statue", {"name": "paper", "edge": 0.01}))
     path = folder / "mine.toml"
     path.write_bytes(mutations.toml(rng, base))

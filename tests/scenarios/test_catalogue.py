@@ -73,7 +73,16 @@ def test_defaults_are_those_of_the_format(tmp_path: Path) -> None:
             "angular_momentum": True,
         },
         "variation": {"pose": 0.002},
-        "disturbance": {"mass_scale": 1.0, "delay": 0.0, "noise_position": 0.0, "noise_velocity": 0.0},
+        "disturbance": {"mass_scale": 1.0},
+        "sensing": {"preset": "exact", "latency": 0.0, "state_noise": {"position": 0.0, "velocity": 0.0}},
+        "body": {
+            "scale": 0.0,
+            "mass": 0.05,
+            "com": 0.002,
+            "joint_friction": 0.3,
+            "motor": 0.05,
+            "floor_friction": 0.1,
+        },
         "judge": {"rest": "still"},
         "pushes": [
             {
@@ -167,6 +176,6 @@ def test_what_the_robot_cannot_do_is_told_in_one_line(what: str, tmp_path: Path,
 
 
 def test_minus_zero_is_zero(tmp_path: Path) -> None:
-    scenario = load(written(tmp_path, "[variation]\npose = -0.0\n[disturbance]\nnoise_velocity = -0.0\n"))
+    scenario = load(written(tmp_path, "[variation]\npose = -0.0\n[sensing.state_noise]\nvelocity = -0.0\n"))
     assert math.copysign(1.0, scenario.variation.pose) == 1.0
-    assert math.copysign(1.0, scenario.disturbance.noise_velocity) == 1.0
+    assert math.copysign(1.0, scenario.sensing.state_noise.velocity) == 1.0

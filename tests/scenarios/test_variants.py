@@ -86,7 +86,7 @@ def test_bad_variants_are_refused_in_one_line(line: str, words: str, tmp_path: P
             'controller = "regulator"',
             "controller: 'regulator' is not allowed; axes.controller",
         ),
-        ("delay = [0.0]", '"disturbance.delay" = 0.002', "disturbance.delay: 0.002 is not allowed; axes.delay varies"),
+        ("latency = [0.0]", '"sensing.latency" = 0.002', "sensing.latency: 0.002 is not allowed; axes.latency varies"),
     ],
 )
 def test_what_the_axes_vary_is_left_to_them(axis: str, change: str, words: str, tmp_path: Path) -> None:

@@ -93,8 +93,9 @@ WRONG = {
     "eons": ("duration = 1e308\n", ["duration", "1e+308", "<= 3600"]),
     "no time at all": ("duration = 5e-324\n", ["duration", "5e-324", "control period, 0.002 s"]),
     "massless": ("[disturbance]\nmass_scale = 1e-300\n", ["disturbance.mass_scale", "1e-300", ">= 0.1"]),
-    "deaf": ("[disturbance]\nnoise_position = 1e9\n", ["disturbance.noise_position", "<= 1"]),
-    "late": ("[disturbance]\ndelay = 1e9\n", ["disturbance.delay", "<= 1"]),
+    "deaf": ("[sensing.state_noise]\nposition = 1e9\n", ["sensing.state_noise.position", "<= 1"]),
+    "late": ("[sensing]\nlatency = 1e9\n", ["sensing.latency", "<= 1"]),
+    "delay of old": ("[disturbance]\ndelay = 0.004\n", ["disturbance.delay", "0.004", "sensing.latency"]),
     "step of minutes": ("[stepping]\nstep_times = [1000.0]\n", ["stepping.step_times[0]", "1000.0", "<= 1"]),
     "steps by the dozen": (
         f"[stepping]\nstep_times = {[0.02 * i for i in range(1, 13)]}\n",

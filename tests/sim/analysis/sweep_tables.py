@@ -69,9 +69,11 @@ def row(law: Law, **parameters: Any) -> dict[str, Any]:
         "height": 0.0,
         "mass_scale": 1.0,
         "friction": None,
-        "delay": 0.0,
+        "sensing": "exact",
+        "latency": 0.0,
         "noise_position": 0.0,
         "noise_velocity": 0.0,
+        "body_error": 0.0,
         "replica": 0,
     } | parameters
     asked["impulse"] = 40.0 * asked["delta_v"]

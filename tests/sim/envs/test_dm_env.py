@@ -53,7 +53,7 @@ def _standing() -> np.ndarray:
 
 @pytest.mark.parametrize("kind", ["balance", "joints"])
 def test_driven_through_it_the_supervisor_gives_the_same_trace_bit_for_bit(kind) -> None:
-    scenario = load("push_back", {"disturbance": {"delay": 0.002}})
+    scenario = load("push_back", {"sensing": {"latency": 0.002}})
     run = run_episode(scenario, polygons=False)
     environment = make_environment(scenario, kind)
     controller, layer = make_controller(scenario, load_robot("utmu2")), make_layer(scenario, load_robot("utmu2"))

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controllers.interface import Observation
 from models.arena import FLOOR
 from models.errors import InputError
 from models.robot import load_robot
@@ -15,7 +14,6 @@ from scenarios.catalogue import check_against, load
 from scenarios.schema import Scenario
 from sim.episode.episode import EpisodeResult, run_episode
 from sim.episode.humanoid_world import HumanoidWorld
-from sim.episode.sensor_model import SensorModel
 
 ROBOT = load_robot("utmu2")
 
@@ -49,51 +47,10 @@ def test_only_the_floor_s_sliding_friction_changes() -> None:
     np.testing.assert_array_equal(model.geom_friction, plain)
 
 
-def test_undisturbed_observations_are_passed_on_as_they_are() -> None:
-    world = HumanoidWorld(scenario(), ROBOT)
-    observation = world.observe()
-    assert SensorModel(scenario()).see(observation) is observation
-
-
-def observations(count: int) -> list[Observation]:
-    world = HumanoidWorld(scenario(), ROBOT)
-    first = world.observe()
-    seen = []
-    for tick in range(count):
-        fields = {name: getattr(first, name) for name in first.__dataclass_fields__}
-        seen.append(Observation(**fields | {"time": tick * 0.002, "cog": first.cog + tick}))
-    return seen
-
-
-def test_delay_is_of_that_many_ticks() -> None:
-    sensor_model = SensorModel(scenario(disturbance={"delay": 0.006}))
-    true = observations(6)
-    seen = [sensor_model.see(observation) for observation in true]
-    assert [true.index(next(t for t in true if t.cog is s.cog)) for s in seen] == [0, 0, 0, 0, 1, 2]
-    assert [s.time for s in seen] == [t.time for t in true]
-
-
-def test_noise_has_its_size_and_its_seed() -> None:
-    noisy = scenario(disturbance={"noise_position": 0.01, "noise_velocity": 0.1})
-    observation = observations(1)[0]
-    sensor_model = SensorModel(noisy)
-    seen = [sensor_model.see(observation) for _ in range(2000)]
-    position = np.array([s.cog - observation.cog for s in seen])
-    velocity = np.array([s.cog_velocity - observation.cog_velocity for s in seen])
-    # 6000 samples: their standard deviation is known to 1 % (one sigma); 5 % is five sigmas.
-    assert position.std() == pytest.approx(0.01, rel=0.05)
-    assert velocity.std() == pytest.approx(0.1, rel=0.05)
-    sensor_model.reset()
-    np.testing.assert_array_equal(sensor_model.see(observation).cog, seen[0].cog)
-    other = SensorModel(noisy.model_copy(update={"seed": 1}))
-    assert (other.see(observation).cog != seen[0].cog).all()
-
-
 @pytest.mark.parametrize("world", ["humanoid", "pendulum"])
 def test_disturbed_episode_differs_and_repeats_bit_for_bit(world: str) -> None:
-    disturbance = {"mass_scale": 0.9, "delay": 0.004, "noise_position": 0.001, "noise_velocity": 0.01}
-    plain, first = run(world=world), run(world=world, disturbance=disturbance)
-    again = run(world=world, disturbance=disturbance)
+    heavier = {"disturbance": {"mass_scale": 0.9}}
+    plain, first, again = run(world=world), run(world=world, **heavier), run(world=world, **heavier)
     assert first.trace.values.tobytes() == again.trace.values.tobytes() != plain.trace.values.tobytes()
 
 
@@ -152,7 +109,7 @@ def test_point_of_a_high_push_is_above_the_com() -> None:
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        ({"disturbance": {"delay": 0.003}}, "disturbance.delay: 0.003 s must be a whole multiple"),
+        ({"disturbance": {"noise_velocity": 0.01}}, "disturbance.noise_velocity: 0.01 is not allowed; it is sensing."),
         ({"disturbance": {"mass_scale": 0.0}}, "disturbance.mass_scale: 0.0 is not allowed; it must be >= 0.1"),
         ({"disturbance": {"mas_scale": 1.1}}, "did you mean 'mass_scale'?"),
         ({"world": "pendulum", "disturbance": {"friction": 0.5}}, "disturbance.friction"),

@@ -168,9 +168,9 @@ def test_many_cases_are_condensed(tmp_path: Path, capsys: pytest.CaptureFixture[
     rows = [
         one
         for scale in (0.9, 1.0, 1.1)
-        for delay in (0.0, 0.004)
+        for latency in (0.0, 0.004)
         for one in adaptive(
-            threshold_law({"supervisor": 1.5 * scale, "regulator": 0.8}), **options, mass_scale=scale, delay=delay
+            threshold_law({"supervisor": 1.5 * scale, "regulator": 0.8}), **options, mass_scale=scale, latency=latency
         )
     ]
     folder = folder_of(tmp_path / "sweep", rows)
@@ -178,8 +178,8 @@ def test_many_cases_are_condensed(tmp_path: Path, capsys: pytest.CaptureFixture[
     text = (folder / REPORT).read_text(encoding="utf-8")
     # No envelopes; two heat maps, the curves and the slack.
     assert text.count("<img ") == 4
-    assert text.count("mass scale 0.9, delay 0.004") == 2
+    assert text.count("mass scale 0.9, latency 0.004") == 2
     print_sections(sections(summarise(frame(rows), sweep_facts(rows))), Console(width=80, force_terminal=False))
     printed = capsys.readouterr().out
-    assert printed.count("mass scale 0.9, delay 0.004") == 1
+    assert printed.count("mass scale 1, latency 0.004") == 1
     assert max(map(len, printed.splitlines())) <= 80

@@ -153,7 +153,9 @@ def test_hash_is_of_what_is_run(tmp_path: Path) -> None:
         ('robot = ["utmu3"]', "did you mean 'utmu2'?"),
         ("friction = [0.5]", "disturbance.friction"),
         ('body = ["trunk", "cog"]\nheight = [0.1]', "pushes[0].height"),
-        ("delay = [0.0, 0.003]", "disturbance.delay"),
+        ("latency = [0.0, 0.003]", "sensing.latency"),
+        ('sensing = ["typical"]', "the pendulum has no sensors"),
+        ("body_error = [1.0]", "body.scale: 1.0 is not allowed"),
     ],
 )
 def test_what_does_not_fit_is_refused_before_anything_runs(more: str, words: str, tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ VARIANTS = (
 [variants]
 "full" = { controller = "regulator" }
 "stiff" = { controller = "regulator", "gain.k" = 3.0 }
-"statue" = { controller = "statue", "disturbance.delay" = 0.01 }
+"statue" = { controller = "statue", "sensing.latency" = 0.01 }
 """
 )
 
@@ -50,7 +50,7 @@ def test_variants_answer_the_same_pushes(tmp_path: Path) -> None:
         assert scenarios["stiff"].as_dict()["gain"]["k"] == 3.0
         assert scenarios["full"].as_dict()["gain"]["k"] == 1.5
         assert [scenarios[name].controller.name for name in scenarios] == ["regulator", "regulator", "statue"]
-        assert [scenarios[name].disturbance.delay for name in scenarios] == [0.0, 0.0, 0.01]
+        assert [scenarios[name].sensing.latency for name in scenarios] == [0.0, 0.0, 0.01]
 
 
 def test_variants_come_side_by_side_so_that_a_part_of_a_sweep_can_be_read(tmp_path: Path) -> None:
@@ -84,7 +84,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_rows_name_their_variant_and_what_it_does_is_done(swept: Path) -> None:
     rows = read_results(swept).to_pylist()
     assert len(rows) == 24
-    assert {(row["variant"], row["controller"], row["delay"]) for row in rows} == {
+    assert {(row["variant"], row["controller"], row["latency"]) for row in rows} == {
         ("full", "regulator", 0.0),
         ("stiff", "regulator", 0.0),
         ("statue", "statue", 0.01),

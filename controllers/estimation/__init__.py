@@ -1,0 +1,1 @@
+"""From late and noisy readings to an observation: an invariant Kalman filter, a push observer and a look ahead."""

@@ -1,0 +1,203 @@
+"""The shipped estimator: an invariant Kalman filter on IMU, encoders and soles, and a look ahead by the latency."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.estimation.contact import ContactNoise, SoleContact
+from controllers.estimation.invariant_filter import InvariantFilter, Noise
+from controllers.estimation.joint_filter import JointFilter
+from controllers.estimation.look_ahead import BodyState, Held, NominalBody, acceleration_of, extrapolated
+from controllers.estimation.options import EkfOptions
+from controllers.estimation.push_observer import PushObserver
+from controllers.estimation.rotation import cross, from_quaternion, to_quaternion
+from controllers.interface import FootState, JointTargets, Observation
+from controllers.senses import Reading
+from controllers.whole_body.measured_body import MeasuredBody
+from models.arena import SIDES
+from models.errors import OkiagariError
+from models.robot import Robot, Side
+
+Array = NDArray[np.float64]
+
+# Targets are remembered for that long [s], and no latency is made up for beyond it.
+_MEMORY = 0.1
+# Two times are one if they differ by less [s].
+_SAME_TIME = 1e-9
+# Standard deviation of yaw [rad], place [m] and speed [m/s] at the start, which are given.
+_GIVEN = 1e-3
+
+
+class InvariantEkf:
+    """The trunk's attitude, velocity and place by an invariant Kalman filter; the rest by kinematics of a nominal body.
+
+    Yaw and place drift, for nothing that is measured shows them.
+
+    Attributes:
+        nominal_body: simulates the nominal body; whoever drives the estimator gives it, and the predictor "simulate"
+            needs it.
+    """
+
+    Options = EkfOptions
+
+    def __init__(self, robot: Robot, dt: float, options: EkfOptions) -> None:
+        """Build the filter once; it is reused over episodes.
+
+        Args:
+            robot: the nominal body.
+            dt: control period [s].
+            options: what is believed.
+        """
+        self.nominal_body: NominalBody | None = None
+        self._options, self._dt, self._imu = options, dt, robot.imu
+        weight = robot.mass * robot.gravity
+        self._load = options.contact_load * weight
+        self._body = MeasuredBody(robot)
+        self._joints = JointFilter(options.encoder, options.joint_acceleration)
+        noise = Noise(
+            gyro=options.gyro,
+            accelerometer=options.accelerometer,
+            gyro_drift=options.gyro_drift,
+            accelerometer_drift=options.accelerometer_drift,
+        )
+        self._filter = InvariantFilter(noise, robot.gravity)
+        contact = ContactNoise(
+            load=self._load,
+            full_load=options.full_load * weight,
+            speed=options.contact_speed,
+            edge_speed=options.edge_speed,
+            outlier=options.outlier,
+            edge=options.edge,
+            height=options.contact_height,
+            tilt=options.sole_tilt,
+            flat=options.flat,
+        )
+        self._contact = SoleContact(contact, robot.sole_vertices["left"], robot.imu)
+        self._observer = PushObserver(robot, options.push_settling, options.push_threshold)
+        self._sent: deque[tuple[float, JointTargets]] = deque()
+
+    def reset(self, observation: Observation) -> None:
+        """See `Estimator.reset`.
+
+        Raises:
+            OkiagariError: the predictor "simulate" has no body to simulate.
+        """
+        if self._options.predictor == "simulate" and self.nominal_body is None:
+            raise OkiagariError("predictor 'simulate' needs a nominal body: set `nominal_body`")
+        o = self._options
+        rotation = from_quaternion(observation.configuration[3:7])
+        deviation = np.repeat([o.first_tilt, _GIVEN, _GIVEN, o.gyro_bias, o.accelerometer_bias], 3)
+        deviation[2] = _GIVEN
+        self._filter.reset(rotation, observation.configuration[:3] + rotation @ self._imu, deviation)
+        self._joints.reset(observation.configuration[7:])
+        self._angles: Array | None = None
+        self._observer.reset()
+        self._sent.clear()
+        self._rate, self._acceleration = np.zeros(3), np.zeros(3)
+        self._taken, self._seen = observation.time, False
+        self._force = {side: observation.feet[side].force for side in SIDES}
+        self._cop = {side: np.full(2, math.nan) for side in SIDES}
+        self._first = observation
+
+    def estimate(self, readings: Sequence[Reading], targets: JointTargets | None, time: float) -> Observation:
+        """See `Estimator.estimate`. Until the first reading arrives, the state is that at the start."""
+        if targets is not None:
+            self._sent.append((time - self._dt, targets))
+            while self._sent[0][0] < time - _MEMORY:
+                self._sent.popleft()
+        before = self._taken
+        for reading in readings:
+            self._take(reading)
+        if not self._seen:
+            return replace(self._first, time=time)
+        then = self._state()
+        age = time - self._taken if self._options.latency is None else self._options.latency
+        age = min(age, _MEMORY)
+        if self._options.predictor == "none" or age < _SAME_TIME:
+            return self._observation(then.configuration, then.velocity, time)
+        if self._options.predictor == "extrapolate":
+            return self._observation(*extrapolated(then, age), time)
+        self._look_for_push(then, self._taken - before)
+        return self._observation(*self._simulated(replace(then, push=self._observer.force), time - age, time), time)
+
+    def _take(self, reading: Reading) -> None:
+        dt = reading.taken - self._taken
+        if dt > _SAME_TIME:
+            self._joints.predict(dt)
+            # encoders that are slower than the rest are read again as they were
+            if reading.joint_position is not self._angles:
+                self._joints.correct(reading.joint_position)
+                self._angles = reading.joint_position
+            self._rate, self._acceleration = self._filter.predict(reading.gyro, reading.accelerometer, dt)
+            self._taken = reading.taken
+        self._seen, self._force, self._cop = True, reading.force, reading.cop
+        soles = self._body.soles(self._joints.position, self._joints.velocity)
+        self._contact.take(
+            self._filter, self._rate, [(soles[side], reading.force[side], reading.cop[side]) for side in SIDES]
+        )
+
+    def _state(self) -> BodyState:
+        """The state when the last reading was taken."""
+        state, rate, R = self._filter, self._rate, self._filter.rotation
+        state.straighten()
+        back = -self._imu
+        return BodyState(
+            configuration=np.concatenate([state.position + R @ back, to_quaternion(R), self._joints.position]),
+            velocity=np.concatenate([state.velocity + R @ cross(rate, back), rate, self._joints.velocity]),
+            acceleration=acceleration_of(R, rate, back, self._acceleration),
+            loaded=frozenset(side for side in SIDES if self._force[side] >= self._load),
+            push=np.zeros(3),
+        )
+
+    def _look_for_push(self, then: BodyState, dt: float) -> None:
+        if dt <= _SAME_TIME:
+            return
+        body = self._body
+        body.place(then.configuration, then.velocity)
+        _, zmp, load = self._feet()
+        self._observer.take(body.cog, body.cog_velocity, body.angular_momentum, zmp, load, float(body.trunk_com[2]), dt)
+
+    def _simulated(self, then: BodyState, begin: float, end: float) -> tuple[Array, Array]:
+        """The nominal body's state at `end` [s], from that at `begin`."""
+        assert self.nominal_body is not None
+        held = []
+        starts = [start for start, _ in self._sent]
+        for (start, targets), stop in zip(self._sent, [*starts[1:], end], strict=True):
+            # times are sums of decimal fractions: without their rounding the steps are the physics' own
+            duration = round(min(stop, end) - max(start, begin), 9)
+            if duration > _SAME_TIME:
+                held.append(Held(targets, duration))
+        return self.nominal_body.forward(then, held)
+
+    def _observation(self, configuration: Array, velocity: Array, time: float) -> Observation:
+        body = self._body
+        body.place(configuration, velocity)
+        feet, zmp, _ = self._feet()
+        return Observation(
+            time=time,
+            cog=body.cog,
+            cog_velocity=body.cog_velocity,
+            angular_momentum=body.angular_momentum,
+            zmp=zmp,
+            feet=feet,
+            configuration=configuration,
+            velocity=velocity,
+        )
+
+    def _feet(self) -> tuple[dict[Side, FootState], Array, float]:
+        """Feet of the body as it is placed, with the last forces; the ZMP (2,) and the load [N] that follow."""
+        feet, load, moment = {}, 0.0, np.zeros(2)
+        for side in SIDES:
+            position, rotation, yaw = self._body.sole(side)
+            force, cop = self._force[side], self._cop[side]
+            feet[side] = FootState(position=position, yaw=yaw, force=force)
+            if force > 0.0 and not math.isnan(float(cop[0])):
+                load += force
+                moment += force * (position[:2] + rotation[:2, :2] @ cop)
+        return feet, moment / load if load > 0.0 else np.full(2, math.nan), load

@@ -1,0 +1,74 @@
+"""Options of the estimator: how good it takes the sensors to be, and how it makes up for their latency."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from controllers.fields import NotNegative, Strict, conflict
+
+Positive = Annotated[float, Field(gt=0)]
+
+
+class EkfOptions(Strict):
+    """What `InvariantEkf` believes.
+
+    Attributes:
+        encoder: standard deviation of an angle [rad].
+        joint_acceleration: of the joints, which the speed's filter allows for [rad/s^2].
+        gyro: noise of a sample [rad/s].
+        accelerometer: noise of a sample, with what shakes the trunk between two [m/s^2].
+        gyro_bias: of an episode [rad/s].
+        accelerometer_bias: of an episode [m/s^2].
+        gyro_drift: wandering of its bias [rad/s/sqrt(s)].
+        accelerometer_drift: wandering of its bias [m/s^2/sqrt(s)].
+        first_tilt: error of the attitude given at the start [rad].
+        contact_load: share of the weight from which on a sole tells anything.
+        full_load: share of the weight from which on it tells as much as it can.
+        contact_speed: of the point under a flat sole's centre of pressure [m/s].
+        edge_speed: the same for a sole on its edge [m/s].
+        outlier: speed of such a point in multiples of these from which on it is believed less.
+        edge: how near to the sole's edge its centre of pressure is then [m].
+        contact_height: of that point over the floor [m].
+        sole_tilt: of a flat sole [rad].
+        flat: how far from the edge the centre of pressure of a flat sole is [m].
+        predictor: how the state now follows from that when the readings were taken: it is taken to be the same
+            ("none"), the joints go on at their speed ("extrapolate"), or the nominal body is simulated with the
+            targets that were sent meanwhile ("simulate").
+        latency: how old the readings are taken to be [s]; by their time stamps if left out.
+        push_settling: time constant of the push observer [s], whose force the simulation applies.
+        push_threshold: force below which there is no push [N].
+    """
+
+    encoder: Positive = 1e-5
+    joint_acceleration: Positive = 30.0
+    gyro: Positive = 0.006
+    accelerometer: Positive = 0.1
+    gyro_bias: Positive = 0.003
+    accelerometer_bias: Positive = 0.05
+    gyro_drift: NotNegative = 1e-4
+    accelerometer_drift: NotNegative = 1e-3
+    first_tilt: Positive = 0.005
+    contact_load: Annotated[float, Field(gt=0, lt=1)] = 0.1
+    full_load: Annotated[float, Field(gt=0, lt=1)] = 0.25
+    contact_speed: Positive = 0.01
+    edge_speed: Positive = 0.3
+    outlier: Positive = 2.5
+    edge: NotNegative = 0.004
+    contact_height: Positive = 2e-3
+    sole_tilt: Positive = 0.005
+    flat: Positive = 0.010
+    predictor: Literal["none", "extrapolate", "simulate"] = "simulate"
+    latency: NotNegative | None = None
+    push_settling: Positive = 0.01
+    push_threshold: NotNegative = 3.0
+
+    @model_validator(mode="after")
+    def _takes_effect(self) -> Self:
+        only = {"latency": ("extrapolate", "simulate"), "push_settling": ("simulate",), "push_threshold": ("simulate",)}
+        for field, predictors in only.items():
+            if field in self.model_fields_set and getattr(self, field) is not None and self.predictor not in predictors:
+                wanted = " or ".join(map(repr, predictors))
+                raise conflict(field, f"does nothing with predictor {self.predictor!r}; it needs {wanted}")
+        return self

@@ -1,0 +1,66 @@
+"""What the controllers saw in place of the true state, beside it in a trace, and how far off it was."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.interface import Observation
+from models.arena import SIDES
+from sim.record.trace import Trace
+
+Array = NDArray[np.float64]
+
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class SightError:
+    """Error of the DCM that was seen, about the loaded soles, from the first push on and until a fall.
+
+    Attributes:
+        rms: root of the mean square of its length [m].
+        peak: the greatest length [m].
+    """
+
+    rms: float
+    peak: float
+
+
+def seen_row(truth: Observation, seen: Observation, omega: float) -> Array:
+    """(8,) values of `SEEN_CHANNELS`.
+
+    Where the robot is in the world nobody can feel and no controller needs: errors are of positions relative to the
+    soles that carry weight.
+    """
+    total, shift = 0.0, np.zeros(2)
+    for side in SIDES:
+        force = truth.feet[side].force
+        total += force
+        shift += force * (seen.feet[side].position - truth.feet[side].position)[:2]
+    away = shift / total if total > 0.0 else np.full(2, np.nan)
+    ahead = (seen.cog_velocity - truth.cog_velocity)[:2] / omega
+    return np.concatenate([seen.cog, seen.cog_velocity, (seen.cog - truth.cog)[:2] - away + ahead])
+
+
+def sight_error(trace: Trace, until: float | None) -> SightError | None:
+    """How far off the controllers were.
+
+    Args:
+        trace: of the episode.
+        until: when it fell [s]; None if it did not.
+
+    Returns:
+        None if they saw the true state, or there was no push.
+    """
+    pushes = trace.metadata["scenario"].get("pushes", [])
+    if "dcm_error_x" not in trace.units or not pushes:
+        return None
+    during = trace.time >= pushes[0]["start"] - _ROUNDING
+    if until is not None:
+        during &= trace.time < until
+    error = np.hypot(trace["dcm_error_x"][during], trace["dcm_error_y"][during])
+    error = error[np.isfinite(error)]
+    return SightError(rms=float(np.sqrt(np.mean(error**2))), peak=float(error.max())) if len(error) else None

@@ -1,0 +1,189 @@
+"""From the world by sensors and an estimator to the controllers; and what drives make of late references."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controllers.interface import JointTargets
+from models.errors import InputError
+from models.robot import load_robot
+from scenarios.catalogue import load
+from scenarios.schema import Scenario
+from sim.envs.dm_env import make_environment
+from sim.episode.build import make_controller
+from sim.episode.episode import Episode, EpisodeResult, run_episode
+from sim.episode.plant import HumanoidPlant
+from sim.results.push_size import edge_distance
+from sim.sensing.drive import Drives
+
+ROBOT = load_robot("utmu2")
+OWN = '''
+from controllers.fields import Strict
+
+
+class Stubborn:
+    """Believes that the robot stands as it stood."""
+
+    class Options(Strict):
+        raises: bool = False
+        forgets: bool = False
+
+    def __init__(self, robot, dt, options):
+        self.options, self.readings, self.targets = options, 0, []
+
+    def reset(self, observation):
+        self.first = observation
+
+    def estimate(self, readings, targets, time):
+        from dataclasses import replace
+        self.readings += len(readings)
+        self.targets.append(targets)
+        if self.options.raises and time > 0.01:
+            raise RuntimeError("lost")
+        cog = self.first.cog[:2] if self.options.forgets else self.first.cog
+        return replace(self.first, time=time, cog=cog)
+'''
+
+
+def scenario(duration: float = 0.3, seed: int = 0, **sensing: Any) -> Scenario:
+    push = {"start": 0.1, "direction": 90.0, "delta_v": 0.3}
+    return load("quiet", {"duration": duration, "seed": seed, "sensing": sensing, "pushes": [push]})
+
+
+def run(**sensing: Any) -> EpisodeResult:
+    return run_episode(scenario(**sensing), polygons=False)
+
+
+def own(folder: Path, **options: bool) -> dict[str, Any]:
+    (folder / "own.py").write_text(OWN, encoding="utf-8")
+    return {"name": f"{folder / 'own.py'}:Stubborn"} | options
+
+
+def test_exact_senses_are_the_truth_itself() -> None:
+    asked = scenario()
+    episode = Episode(asked, HumanoidPlant(asked, ROBOT))
+    assert episode.observe() is episode.truth
+    result = run()
+    assert result.sight is None
+    assert "seen_cog_x" not in result.trace.units
+    assert "sensing" not in result.trace.metadata
+
+
+def test_an_estimated_episode_repeats_and_tells_how_far_off_it_saw() -> None:
+    first, again, other = run(preset="typical"), run(preset="typical"), run(preset="cheap")
+    assert first.trace.values.tobytes() == again.trace.values.tobytes()
+    assert first.trace["cog_y"].tobytes() != other.trace["cog_y"].tobytes()
+    assert first.sight is not None
+    assert 1e-5 < first.sight.rms < first.sight.peak < 0.02
+    error = np.hypot(first.trace["dcm_error_x"], first.trace["dcm_error_y"])[first.trace.time >= 0.1 - 1e-9]
+    assert first.sight.peak == error.max()
+    assert first.sight.rms == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-12)
+    told = first.trace.metadata["sensing"]
+    assert (told["preset"], told["estimator"], told["servo"]) == ("typical", "ekf", "drive")
+    assert told["imu"]["gyro_noise"] == 0.005
+    json.dumps(told, allow_nan=False)
+
+
+def test_the_whole_scenario_can_be_read_again() -> None:
+    asked = scenario(preset="cheap", imu={"gyro_noise": 0.0}, latency=0.003, servo="state")
+    assert Scenario.model_validate(asked.as_dict()) == asked
+    assert asked.as_dict()["sensing"]["imu"] == {"gyro_noise": 0.0}
+    assert (asked.sensing.imu_figures.gyro_noise, asked.sensing.imu_figures.gyro_bias) == (0.0, 0.01)
+
+
+def test_your_own_estimator_is_asked_every_tick(tmp_path: Path) -> None:
+    asked = scenario(preset="ideal", latency=0.004, estimator=own(tmp_path))
+    plant = HumanoidPlant(asked, ROBOT)
+    given: list[JointTargets | None] = []
+
+    def note(episode: Episode) -> None:
+        given.append(plant.targets)
+        assert episode.seen.cog is episode._senses._estimator.first.cog  # type: ignore[attr-defined]
+
+    episode = Episode(asked, plant, make_controller(asked, ROBOT), on_tick=note)
+    while episode.tick():
+        pass
+    estimator = episode._senses._estimator  # type: ignore[attr-defined]
+    # At 1 kHz, from 0 to 4 ms before the last tick.
+    assert estimator.readings == 2 * (episode.ticks - 1) - 4 + 1
+    assert estimator.targets[0] is None
+    assert estimator.targets[1:] == given[:-1]
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        ("raises", "estimator 'own.py:Stubborn': tick 6: estimate() raised RuntimeError: lost"),
+        ("forgets", "estimator 'own.py:Stubborn': tick 0: cog has shape (2,); it must be an array of shape (3,)"),
+        ("sleeps", "sensing.estimator.sleeps: unknown option of 'own.py:Stubborn'; allowed: raises, forgets"),
+    ],
+)
+def test_what_is_wrong_with_it_is_told_in_one_line(option: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        run(preset="ideal", estimator=own(tmp_path, **{option: True}))
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_driven_from_outside_the_senses_are_the_same() -> None:
+    asked = scenario(preset="typical", latency=0.003)
+    plain = run_episode(asked, polygons=False).trace
+    environment = make_environment(asked)
+    for _ in range(2):  # the second time after a reset
+        environment.reset()
+        controller = make_controller(asked, ROBOT)
+        episode = environment.task.episode
+        for _ in range(len(plain)):
+            episode.begin(controller.command(episode.seen))  # type: ignore[union-attr]
+            environment.physics.step(2)
+            episode.end()
+            episode.observe()
+        found = episode.result().trace
+        for name in ("cog_x", "cog_y", "seen_cog_vx", "dcm_error_x"):
+            assert found[name].tobytes() == plain[name].tobytes(), name
+
+
+def references(*, from_seen: bool, **sensing: Any) -> np.ndarray:
+    """What a drive that stands at 0.5 rad makes of 0.1 rad, where 0.2 rad is seen."""
+    asked = scenario(**sensing)
+    episode = Episode(asked, HumanoidPlant(asked, ROBOT))
+    seen, n = episode.observe(), len(ROBOT.joint_names)
+    seen.configuration[7:], seen.velocity[6:] = 0.2, 0.0
+    still = np.zeros(n)
+    targets = JointTargets(position=np.full(n, 0.1), velocity=still, torque=still, from_seen=from_seen)
+    return Drives(asked, ROBOT).reference(targets, seen, np.full(n, 0.5), still).position
+
+
+def test_a_drive_takes_what_is_seen_from_its_own_encoder() -> None:
+    np.testing.assert_allclose(references(from_seen=True, preset="typical"), 0.4, atol=1e-15)
+    np.testing.assert_allclose(references(from_seen=True, preset="exact", servo="drive"), 0.4, atol=1e-15)
+    np.testing.assert_array_equal(references(from_seen=True, preset="exact"), 0.1)
+    np.testing.assert_array_equal(references(from_seen=False, preset="typical"), 0.1)
+
+
+def test_an_encoder_s_offset_moves_references_that_are_angles() -> None:
+    off = references(from_seen=False, preset="typical", joint={"offset": 0.01})
+    assert np.std(off - 0.1) == pytest.approx(0.01, rel=0.5)
+    np.testing.assert_allclose(references(from_seen=True, preset="typical", joint={"offset": 0.01}), 0.4, atol=1e-15)
+
+
+def test_at_4_ms_hard_pushes_are_survived_by_drives_on_their_own_encoders() -> None:
+    recovered = {"state": 0, "drive": 0}
+    for servo in recovered:
+        for direction in (67.5, 112.5, 247.5):
+            push = {"start": 0.3, "direction": direction, "delta_v": 1.7 * omega_d(direction)}
+            asked = {"sensing": {"latency": 0.004, "servo": servo}, "pushes": [push], "duration": 4.0}
+            result = run_episode(load("quiet", asked), polygons=False)
+            recovered[servo] += result.outcome.time_of_fall is None
+    assert recovered["drive"] == 3
+    assert recovered["state"] <= 1
+
+
+def omega_d(direction: float) -> float:
+    angle = np.radians(direction)
+    return ROBOT.omega * edge_distance(ROBOT, np.array([np.cos(angle), np.sin(angle)]))
