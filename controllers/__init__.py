@@ -8,7 +8,6 @@ from controllers.interface import (
     BalanceCommand,
     BalanceController,
     Decision,
-    Estimator,
     FootReference,
     FootState,
     JointController,
@@ -16,11 +15,11 @@ from controllers.interface import (
     Observation,
     Phase,
     Prediction,
-    Reading,
     Region,
     Setting,
     WholeBodyLayer,
 )
+from controllers.senses import Estimator, Reading
 
 __all__ = [
     "BalanceCommand",

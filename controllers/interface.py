@@ -15,9 +15,6 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.senses import Estimator as Estimator
-from controllers.senses import Reading as Reading  # what a sensor says flows between stages, too
-
 if TYPE_CHECKING:
     from controllers.geometry.polytope import Polytope
     from models.robot import Robot, Side

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from controllers.interface import Array, JointTargets, Observation
+
 if TYPE_CHECKING:
-    from controllers.interface import Array, JointTargets, Observation
     from models.robot import Side
 
 

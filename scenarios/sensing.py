@@ -202,7 +202,8 @@ class Sensing(Strict):
     def words(self) -> str:
         """In short: "typical sensors by ekf, 4 ms late"."""
         late = f", {1e3 * self.latency:g} ms late" if self.latency else ""
-        return (f"{self.preset} sensors by {self.who.short}" if self.estimates else "true state") + late
+        noise = "" if self.state_noise == StateNoise() else " with noise"
+        return (f"{self.preset} sensors by {self.who.short}" if self.estimates else f"true state{noise}") + late
 
     @property
     def joint_figures(self) -> JointSensors:

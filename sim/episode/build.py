@@ -8,8 +8,9 @@ from typing import Any, cast
 from pydantic import ValidationError
 
 from controllers.fields import Strict
-from controllers.interface import BalanceController, Estimator, JointController, Setting, WholeBodyLayer
+from controllers.interface import BalanceController, JointController, Setting, WholeBodyLayer
 from controllers.registry import CONTROLLERS, ESTIMATORS, LAYERS, Entry
+from controllers.senses import Estimator
 from models.errors import InputError, OkiagariError, one_line, with_kind
 from models.robot import Robot
 from scenarios.choice import SHARED, Choice

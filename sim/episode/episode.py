@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.interface import BalanceController, Estimator, JointController, Observation, WholeBodyLayer
+from controllers.interface import BalanceController, JointController, Observation, WholeBodyLayer
 from controllers.registry import CONTROLLERS, ESTIMATORS
+from controllers.senses import Estimator
 from models.errors import InputError, OkiagariError
 from models.robot import Robot, load_robot
 from scenarios.catalogue import check_against

@@ -10,8 +10,9 @@ import numpy as np
 from dm_control.rl.control import PhysicsError
 from numpy.typing import NDArray
 
-from controllers.interface import BalanceCommand, Estimator, JointTargets, Observation, WholeBodyLayer
+from controllers.interface import BalanceCommand, JointTargets, Observation, WholeBodyLayer
 from controllers.registry import LAYERS
+from controllers.senses import Estimator
 from models.errors import InputError, OkiagariError, one_line
 from models.robot import Robot
 from scenarios.push import Push

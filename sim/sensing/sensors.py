@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.interface import Reading
+from controllers.senses import Reading
 from models.robot import Robot, Side
 from scenarios.schema import Scenario
 from sim.sensing.encoder import Encoders

@@ -14,8 +14,9 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.interface import Estimator, Phase, WholeBodyLayer
+from controllers.interface import Phase, WholeBodyLayer
 from controllers.registry import CONTROLLERS, ESTIMATORS, LAYERS
+from controllers.senses import Estimator
 from scenarios.schema import Scenario
 from sim.episode.build import layer_of, make_estimator, make_layer
 from sim.episode.episode import EpisodeResult, run_episode

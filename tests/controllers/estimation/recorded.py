@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from controllers.estimation.ekf import InvariantEkf
 from controllers.estimation.options import EkfOptions
-from controllers.interface import JointTargets, Observation, Reading
+from controllers.interface import JointTargets, Observation
+from controllers.senses import Reading
 from models.arena import SIDES
 from models.robot import Robot, load_robot
 from scenarios.schema import Scenario

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controllers.interface import Reading
+from controllers.senses import Reading
 from models.arena import SIDES
 from models.robot import load_robot
 from scenarios.catalogue import load

@@ -43,7 +43,7 @@ def test_rows_say_what_happened(whole: pa.Table) -> None:
         assert row["outcome"] in ("recovered", "fell", "not_settled")
         assert row["delivered_impulse"] == pytest.approx(row["impulse"], abs=1e-9)
         assert row["delta_v_over_omega_d"] > 0
-        missing = {"variant", "friction", "time_of_fall", "settle_time", "traceback"}
+        missing = {"variant", "friction", "time_of_fall", "settle_time", "traceback", "dcm_error_rms", "dcm_error_peak"}
         missing |= {"first_direction_deg", "first_delta_v", "train", "pushes_survived", "total_impulse", "pushes"}
         missing |= {name for name in OUTCOME if name.startswith(("peak_", "saturated_"))}  # the pendulum has no motors
         missing |= {name for name in OUTCOME if row["controller"] == "statue" and "_set_" in name}
