@@ -16,13 +16,13 @@ Array = NDArray[np.float64]
 class InertialUnit:
     """Measures angular velocity and specific force with noise and bias, up to its range.
 
-    The force is the mean since the last sample, from what the velocity gained. MuJoCo's own accelerometer is not
-    asked: it tells the acceleration before the integrator damps the joints, and that is not what the body does.
-    Integrated over a push and two steps it was off by 70 mm/s.
+    The force is the mean since the last sample, from what the velocity gained. MuJoCo's own accelerometer is not asked:
+    it tells the acceleration before its integrator damps the joints, and that is not what the body does. Integrated
+    over a push and two steps, it was off by 70 mm/s.
     """
 
     def __init__(self, figures: Imu, robot: Robot, model: mujoco.MjModel, data: mujoco.MjData, seed: int) -> None:
-        self._figures, self._data, self._at = figures, data, robot.imu
+        self._data, self._at = data, robot.imu
         self._gravity = model.opt.gravity
         self._noise = noise_of("imu", seed)
         constant = constant_of("imu", seed).standard_normal((2, 3))
