@@ -127,3 +127,13 @@ def test_a_robot_without_the_conventions_is_refused(tmp_path) -> None:
     with pytest.raises(InputError, match=r"ball\.xml") as refusal:
         load_robot(str(path))
     assert "\n" not in str(refusal.value)
+
+
+def test_the_imu_is_at_the_trunk_s_site_or_at_its_origin(robot: Robot, tmp_path) -> None:
+    np.testing.assert_array_equal(robot.imu, [0.0, 0.0, 0.03])
+    lines = robot.path.read_text(encoding="utf-8").splitlines()
+    bare = [line for line in lines if 'name="imu"' not in line and 'site="imu"' not in line]
+    assert len(bare) == len(lines) - 3
+    path = tmp_path / "bare.xml"
+    path.write_text("\n".join(bare), encoding="utf-8")
+    np.testing.assert_array_equal(load_robot(str(path)).imu, np.zeros(3))
