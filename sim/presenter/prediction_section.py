@@ -18,6 +18,9 @@ _MOMENTS = {"end": "end of the push", "decision": "decision"}
 _SETS = {"law": "all its sets", "regulator": "regulator's set", "tracking": "tracking sets"}
 _REGIONS = {"regulator": "the regulator's set", "tracking": "a tracking set only", "outside": "none of its sets"}
 
+_MOST = 20.0
+"""Logarithm of odds up to which they are told."""
+
 
 def prediction_section(summary: Summary) -> Section | None:
     """Whether what the sets said of a push came true; None if no set was asked."""
@@ -92,9 +95,16 @@ def _slack_words(world: str, fit: Entry) -> str:
     if fit["separated"]:
         least, worst = (f"{1000 * fit[name]:.1f} mm" for name in ("least_recovered", "worst_lost"))
         return f"Slack, {world}: what had at least {least} was recovered, what had {worst} or less was lost."
-    odds, low, high = (f"{math.exp(value):.2g}" for value in (fit["slope_per_cm"], *fit["slope_interval"]))
+    odds, low, high = (_odds(value) for value in (fit["slope_per_cm"], *fit["slope_interval"]))
     even = "" if fit["even_slack"] is None else f"; even odds at {1000 * fit['even_slack']:+.1f} mm"
     return (
         f"Slack, {world}: a centimetre more multiplies the odds of recovery by {odds} (95 % interval {low} to "
         f"{high}){even}."
     )
+
+
+def _odds(logarithm: float) -> str:
+    """Odds in words, from their natural logarithm; few episodes leave intervals that no number holds."""
+    if abs(logarithm) > _MOST:
+        return f"{'more' if logarithm > 0.0 else 'less'} than {math.exp(math.copysign(_MOST, logarithm)):.0e}"
+    return f"{math.exp(logarithm):.2g}"
