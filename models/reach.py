@@ -10,6 +10,8 @@ import numpy as np
 
 _SWEEPS = 60
 _DIGITS = 9
+_ALONG = 0.6
+"""Part of an axis along x from which a hinge counts as one of roll."""
 
 
 def straight_leg(model: mujoco.MjModel, hinges: Sequence[int]) -> float:
@@ -70,3 +72,20 @@ def inertia_about(model: mujoco.MjModel, data: mujoco.MjData, hinge: int) -> flo
     mujoco.mj_fullM(model, data, full)
     dof = int(model.jnt_dofadr[hinge])
     return float(full[dof, dof])
+
+
+def outward_roll(model: mujoco.MjModel, data: mujoco.MjData, hinges: Sequence[int]) -> float:
+    """How much farther than in the stand a left leg can lean outward with its sole flat [rad].
+
+    The hip's roll leans the leg, the ankle's turns the sole back; a leg without a roll at the ankle is bound by the hip.
+
+    Args:
+        model, data: of the robot in its stand, after `mj_forward`.
+        hinges: of the left leg, from the hip down.
+    """
+    rolls = [j for j in hinges if abs(data.xaxis[j][0]) > _ALONG]
+    room = []
+    for j, turn in ((rolls[0], 1.0), (rolls[-1], -1.0)) if len(rolls) > 1 else ((j, 1.0) for j in rolls):
+        low, high = model.jnt_range[j] - data.qpos[model.jnt_qposadr[j]]
+        room.append(float(high if turn * data.xaxis[j][0] > 0.0 else -low))
+    return min(room, default=0.0)

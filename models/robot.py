@@ -22,13 +22,14 @@ from models.conventions import STAND as STAND
 from models.conventions import check_conventions, check_names, leg_chain, turn_of
 from models.errors import InputError, one_line
 from models.flat import fingerprint, flat_mjcf
-from models.reach import inertia_about, straight_leg, swinging_hinges
+from models.reach import inertia_about, outward_roll, straight_leg, swinging_hinges
 from models.scale import Scale, scale_of
 from models.spoken import warnings_kept
 
 Array = NDArray[np.float64]
 
 MODELS = Path(__file__).parent
+_STEEPEST = math.radians(60.0)
 IMU = "imu"
 """The trunk's site that an IMU sits at."""
 
@@ -67,6 +68,7 @@ class Robot:
         swing_time: sqrt(I / tau) of the hinge that swings the leg the slowest, with the leg's inertia I about it and
             the stall torque tau of its motor [s].
         swing_speed: of the foot, with the leg swung by the slowest of these hinges at its no-load speed [m/s].
+        widest: distance between the soles' middles in the widest stance with flat soles, the hip at its height [m].
         hip_reach: how far the ankle gets from under the hip, horizontally, with the hip at its standing height [m].
         imu: (3,) where the IMU sits in the trunk's frame [m]: the trunk's site `imu`, or its origin if it has none.
     """
@@ -94,6 +96,7 @@ class Robot:
     leg_length: float
     swing_time: float
     swing_speed: float
+    widest: float
     hip_reach: float
     imu: Array
 
@@ -235,6 +238,7 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
         leg_length=leg_length,
         swing_time=max(math.sqrt(inertia_about(model, data, j) / torque[j - 1]) for j in swinging),
         swing_speed=leg_length * min(float(speed[j - 1]) for j in swinging),
+        widest=_widest(model, data, bent),
         hip_reach=math.sqrt(max(straight**2 - bent**2, 0.0)),
         imu=_frozen(_imu(model)),
     )
@@ -256,6 +260,14 @@ def _imu(model: mujoco.MjModel) -> Array:
 def _stance(data: mujoco.MjData, side: str) -> tuple[float, float, float]:
     site = data.site(f"{side}_sole")
     return float(site.xpos[0]), float(site.xpos[1]), float(math.atan2(site.xmat[3], site.xmat[0]))
+
+
+def _widest(model: mujoco.MjModel, data: mujoco.MjData, hip_height: float) -> float:
+    """Between the soles, as far as the rolls of hip and ankle allow [m]."""
+    hinges, foot, trunk = _leg_hinges(model), data.site("left_sole").xpos[1], data.xpos[model.body(TRUNK).id][1]
+    hip = data.xanchor[hinges[0]][1]
+    lean = math.atan2(foot - hip, hip_height) + outward_roll(model, data, hinges)
+    return max(float(2 * (hip - trunk + hip_height * math.tan(min(lean, _STEEPEST)))), 2 * float(foot - trunk))
 
 
 def _leg(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[float, float]:

@@ -29,7 +29,7 @@ def step_limits(robot: Robot, max_stride: float) -> StepLimits:
     return StepLimits(
         max_stride=max_stride,
         min_width=robot.sole_width + CLEARANCE,
-        max_width=robot.stance_width + (1.0 + HIP_TRAVEL) * robot.hip_reach,
+        max_width=min(robot.stance_width + (1.0 + HIP_TRAVEL) * robot.hip_reach, robot.widest),
         stance_width=robot.stance_width,
         swing_speed=robot.swing_speed,
         swing_acceleration=MOST_ACCELERATION,
