@@ -77,7 +77,7 @@ def inertia_about(model: mujoco.MjModel, data: mujoco.MjData, hinge: int) -> flo
 def outward_roll(model: mujoco.MjModel, data: mujoco.MjData, hinges: Sequence[int]) -> float:
     """How much farther than in the stand a left leg can lean outward with its sole flat [rad].
 
-    The hip's roll leans the leg, the ankle's turns the sole back; a leg without a roll at the ankle is bound by the hip.
+    The hip's roll leans the leg, the ankle's turns the sole back; without one at the ankle the hip alone counts.
 
     Args:
         model, data: of the robot in its stand, after `mj_forward`.
