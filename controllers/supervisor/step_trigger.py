@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,8 +16,11 @@ SETTLING = 1.0
 # A state that is only extrapolated to leave the regulator's set must be this far outside [m of ZMP]: a weaker push is
 # over before it gets there.
 SURE = 0.04
-# Share by which the rate of the DCM follows its differences at each tick.
+# Share by which the rate of the DCM follows its differences at each tick, at most: less where they jump from one tick to
+# the next, as only noise does, so that what noise leaves of the rate stays below a certain speed.
 RATE_FILTER = 0.3
+# Jump of the differences, RMS, from which on the share is less [m/s], and the share by which that is averaged.
+JUMP, JUMP_FILTER = 1.2, 0.02
 
 
 class StepTrigger:
@@ -36,12 +41,23 @@ class StepTrigger:
         self._dt = dt
         self._lead = lead
         self._dcm: Array | None = None
+        self._difference: Array | None = None
+        self._jump = 0.0
 
     def see(self, dcm: Array) -> None:
         """Take in the DCM (2,) of this tick [m]."""
         if self._dcm is not None:
-            self.rate = self.rate + RATE_FILTER * ((dcm - self._dcm) / self._dt - self.rate)
+            difference = (dcm - self._dcm) / self._dt
+            self.rate = self.rate + self._share(difference) * (difference - self.rate)
+            self._difference = difference
         self._dcm = dcm
+
+    def _share(self, difference: Array) -> float:
+        """By which the rate follows a difference (2,) [m/s]."""
+        if self._difference is not None:
+            x, y = (difference - self._difference).tolist()
+            self._jump += JUMP_FILTER * (0.5 * (x * x + y * y) - self._jump)
+        return RATE_FILTER if self._jump <= JUMP**2 else RATE_FILTER * JUMP / math.sqrt(self._jump)
 
     def ahead(self, dcm: Array, since_landing: float) -> Array:
         """DCM (2,) that a step is looked for: where it goes to, once that can be told, else where it is [m].

@@ -52,3 +52,18 @@ def test_a_step_is_due_outside_the_sets_or_surely_soon() -> None:
     assert reason(rim - 1e-6, 0.0) == ""
     assert reason(0.0, rim + 0.99 * SURE / 1.1) == ""
     assert reason(0.0, rim + 1.01 * SURE / 1.1) == "the state is about to leave it"
+
+
+def test_noise_of_the_velocity_leaves_little_of_the_rate() -> None:
+    rng, lead = np.random.default_rng(7), 0.1
+    noisy, smooth = StepTrigger(0.002, lead), StepTrigger(0.002, lead)
+    noisy_rates, smooth_rates = [], []
+    for tick in range(1000):
+        way = np.array([0.1 * 0.002 * tick, 0.0])  # 0.1 m/s
+        noisy.see(way + rng.normal(0.0, 0.02 / 6.14, 2))
+        smooth.see(way)
+        noisy_rates.append(noisy.rate)
+        smooth_rates.append(smooth.rate)
+    assert np.allclose(smooth_rates[100:], [0.1, 0.0], atol=1e-9)
+    # Extrapolated, three sigma of it are within what a step has to be sure of; a share of 0.3 would leave 0.53 m/s.
+    assert 3 * lead * float(np.std(noisy_rates[200:], axis=0).max()) < 1.5 * SURE
