@@ -1,0 +1,261 @@
+"""Sways a standing robot, pushes it as its scenario says, and condenses what the sets assume of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.admissible.gain_bank import stiffness
+from controllers.gains import Gain
+from controllers.interface import Phase
+from controllers.pendulum import Pendulum
+from controllers.registry import CONTROLLERS
+from models.errors import InputError
+from models.robot import Robot, load_robot
+from scenarios.choice import Choice
+from scenarios.schema import Scenario
+from scenarios.sensing import Sensing
+from sim.episode.build import make_controller
+from sim.episode.episode import run_episode
+from sim.episode.recording import robot_facts
+from sim.identify.excitation import FREQUENCIES, Sway, Swayed
+from sim.identify.response import Window, feedback_gain, lines, mean_of, spread, transfer
+from sim.identify.sets_left import sets_left, stand
+from sim.record.outcome import Result
+from sim.record.trace import Trace
+
+Array = NDArray[np.float64]
+AXES = ("x", "y")
+# Margin of times of ticks [s].
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Swayed:
+    """What one seed gave: a window for each axis, and errors (n, 2) of the ZMP and of the seen DCM in both [m]."""
+
+    windows: tuple[Window, Window]
+    error: Array
+    sight: Array | None
+
+
+def identify(
+    scenario: Scenario,
+    *,
+    seeds: int = 4,
+    amplitude: float = 0.25,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, Any]:
+    """Measure a scenario's robot under its layer and senses; of JSON types, lengths in m, times in s.
+
+    Args:
+        scenario: gives robot, layer, senses, gain, and the pushes of the stepping episodes.
+        seeds: episodes of each kind, with the scenario's seed and those that follow it.
+        amplitude: peak of the offset of the ZMP, as a share of the way from the middle of the feet to the soles' edge.
+        progress: called with the share of the work that is done.
+
+    Raises:
+        InputError: if the controller has no regulator's gain, or the robot does not stand while it is swayed.
+    """
+    entry = CONTROLLERS.entry(scenario.controller.name)
+    if "gain" not in entry.options.model_fields or entry.at_joints:
+        raise InputError(f"controller: {entry.short!r} has no gain of a regulator, so there is nothing to identify")
+    robot = load_robot(scenario.robot)
+    pendulum = Pendulum(robot.omega, scenario.timing.control)
+    designed = scenario.gain.of(pendulum)
+    peaks = amplitude * _reach(robot)
+    standing = scenario.model_copy(
+        update={"pushes": (), "duration": Sway.duration(), "controller": Choice(name="regulator")}
+    )
+    cases = {"as given": standing}
+    if not scenario.sensing.is_true:
+        cases["exact"] = standing.model_copy(update={"sensing": Sensing()})
+    pushed = len(scenario.pushes) > 0 and entry.short != "regulator"
+    total = len(cases) * seeds * Sway.duration() + (seeds * scenario.duration if pushed else 0.0)
+    done = 0.0
+
+    def advance(time: float) -> None:
+        if progress is not None:
+            progress((done + time) / total)
+
+    found: dict[str, Any] = {}
+    for name, case in cases.items():
+        runs = []
+        for seed in _seeds(scenario, seeds):
+            runs.append(_sway(case.model_copy(update={"seed": seed}), robot, peaks, advance))
+            done += Sway.duration()
+        found[name] = _standing(runs, pendulum, designed)
+    steps = None
+    if pushed:
+        traces = []
+        for seed in _seeds(scenario, seeds):
+            result = run_episode(
+                scenario.model_copy(update={"seed": seed}), robot=robot, polygons=False, progress=advance
+            )
+            traces.append((result.trace, result.outcome.time_of_fall))
+            done += scenario.duration
+        steps = _stepping(traces, stiffness(pendulum, designed))
+    given = found["as given"]
+    k = float(np.mean([given["axes"][axis]["gain"]["realised"]["mean"] for axis in AXES]))
+    errors = {"none": 0.0, "standing": _most(given["to_withstand"])}
+    if steps is not None and steps["ticks"]:
+        errors["stepping"] = _most(steps["to_withstand"])
+    return {
+        "scenario": scenario.description,
+        "robot": robot_facts(robot),
+        "layer": None if scenario.world == "pendulum" else scenario.whole_body.short,
+        "sensing": scenario.sensing.words,
+        "dt": pendulum.dt,
+        "seeds": list(_seeds(scenario, seeds)),
+        "peaks": peaks.tolist(),
+        "frequencies": list(FREQUENCIES),
+        "gain": {"name": designed.name, "designed": stiffness(pendulum, designed), "identified": k},
+        "standing": found,
+        "stepping": steps,
+        "zmp_error": errors["standing"],
+        "zmp_error_stepping": errors.get("stepping"),
+        "sets": sets_left(robot, pendulum, designed, k, errors),
+    }
+
+
+def _seeds(scenario: Scenario, count: int) -> range:
+    return range(scenario.seed, scenario.seed + count)
+
+
+def _reach(robot: Robot) -> Array:
+    """(2,) way from the middle of the feet to the nearer edge of the support along each axis [m]."""
+    polygon, middle = stand(robot)
+    facing = np.abs(polygon.M) > _ROUNDING
+    room = (polygon.v - polygon.M @ middle)[:, None]
+    return np.where(facing, room / np.maximum(np.abs(polygon.M), _ROUNDING), np.inf).min(axis=0)
+
+
+def _most(errors: dict[str, Any]) -> float:
+    """The 95 % quantile along the worse axis [m]."""
+    return max(float(errors[axis]["q95"]) for axis in AXES)
+
+
+def _pair(trace: Trace, name: str) -> Array:
+    """(n, 2) channels `name_x` and `name_y`."""
+    return np.column_stack([trace[f"{name}_{axis}"] for axis in AXES])
+
+
+def _sway(scenario: Scenario, robot: Robot, peaks: Array, progress: Callable[[float], None]) -> _Swayed:
+    """One swayed episode."""
+    inner = make_controller(scenario, robot)
+    assert hasattr(inner, "command")
+    delay = round(scenario.sensing.latency / scenario.timing.control)
+    controller = Swayed(inner, Sway.drawn(scenario.seed, peaks), delay)
+    result = run_episode(scenario, controller=controller, robot=robot, polygons=False, progress=progress)
+    trace, outcome = result.trace, result.outcome
+    if outcome.result is Result.FELL:
+        way = " and ".join(f"{1e3 * peak:.2g} mm along {axis}" for peak, axis in zip(peaks, AXES, strict=True))
+        raise InputError(
+            f"it falls at {outcome.time_of_fall:.2f} s while its ZMP is swayed by up to {way}; "
+            f"nothing can be identified of a robot that does not stand ({scenario.sensing.words}, seed {scenario.seed})"
+        )
+    zmp, command = _pair(trace, "zmp"), _pair(trace, "zmp_cmd")
+    dcm = _pair(trace, "cog") + np.column_stack([trace["cog_vx"], trace["cog_vy"]]) / robot.omega
+    offset = np.array(controller.offsets)
+    sight = None if scenario.sensing.is_true else _pair(trace, "dcm_error")
+    windows, rows = [], []
+    for axis in (0, 1):
+        begin, end = Sway.window(axis)
+        at = np.flatnonzero((trace.time >= begin - _ROUNDING) & (trace.time < end - _ROUNDING))
+        at = at[at + 1 < len(trace)]
+        rows.append(at)
+        windows.append(
+            Window(
+                time=trace.time[at],
+                command=command[at, axis],
+                # What the command of a tick came to is measured when the next begins.
+                realised=zmp[at + 1, axis],
+                offset=offset[at, axis],
+                dcm=dcm[at, axis],
+            )
+        )
+    all_rows = np.concatenate(rows)
+    return _Swayed(
+        windows=(windows[0], windows[1]),
+        error=zmp[all_rows + 1] - command[all_rows],
+        sight=None if sight is None else sight[all_rows],
+    )
+
+
+def _standing(runs: Sequence[_Swayed], pendulum: Pendulum, designed: Gain) -> dict[str, Any]:
+    """What the swayed episodes of all seeds say."""
+    k = stiffness(pendulum, designed)
+    axes = {axis: _axis([run.windows[i] for run in runs], pendulum.dt) for i, axis in enumerate(AXES)}
+    error = np.concatenate([run.error for run in runs])
+    sights = [run.sight for run in runs if run.sight is not None]
+    sight = np.concatenate(sights) if sights else None
+    return {"axes": axes} | _errors(error, sight, k)
+
+
+def _axis(windows: Sequence[Window], dt: float) -> dict[str, Any]:
+    """Of one axis: responses at each frequency, gains, and what the response does not explain."""
+    body, law, rest, gains = [], [], [], []
+    for window in windows:
+        command, _ = lines(window.time, window.command, FREQUENCIES)
+        realised, unexplained = lines(window.time, window.realised, FREQUENCIES)
+        own, _ = lines(window.time, window.command - window.offset, FREQUENCIES)
+        dcm, _ = lines(window.time, window.dcm, FREQUENCIES)
+        body.append(transfer(realised, command, FREQUENCIES))
+        law.append(transfer(own, dcm, FREQUENCIES))
+        rest.append(unexplained)
+        gains.append(feedback_gain(window, dt))
+    return {
+        "body": _over_seeds(body),
+        "law": _over_seeds(law),
+        "residual": spread(np.concatenate(rest)),
+        "gain": {
+            "commanded": mean_of([one[0] for one in gains]),
+            "realised": mean_of([one[1] for one in gains]),
+        },
+    }
+
+
+def _over_seeds(responses: Sequence[tuple[Array, Array]]) -> list[dict[str, Any]]:
+    return [
+        {
+            "frequency": frequency,
+            "gain": mean_of([gain[i] for gain, _ in responses]),
+            "lag": mean_of([lag[i] for _, lag in responses]),
+        }
+        for i, frequency in enumerate(FREQUENCIES)
+    ]
+
+
+def _errors(error: Array, sight: Array | None, k: float) -> dict[str, Any]:
+    """Of errors (n, 2) of the realised ZMP and of the seen DCM, which moves the command k times as far."""
+    both = error if sight is None else error + k * sight
+    size = None if sight is None else np.hypot(*sight[np.isfinite(sight).all(axis=1)].T)
+    return {
+        "error": {axis: spread(error[:, i]) for i, axis in enumerate(AXES)},
+        "to_withstand": {axis: spread(both[:, i]) for i, axis in enumerate(AXES)},
+        "dcm_error": None
+        if size is None or not len(size)
+        else {"rms": float(np.sqrt(np.mean(size**2))), "peak": float(size.max())},
+    }
+
+
+def _stepping(traces: Sequence[tuple[Trace, float | None]], k: float) -> dict[str, Any]:
+    """What the steps of pushed episodes say, until each fell, if it did."""
+    errors, sights, fell = [], [], 0
+    for trace, fall in traces:
+        fell += fall is not None
+        at = np.flatnonzero(trace["phase"] == Phase.STEPPING.value)
+        at = at[(at + 1 < len(trace)) & (trace.time[at] < (np.inf if fall is None else fall))]
+        at = at[at + 1 < len(trace)]
+        errors.append(_pair(trace, "zmp")[at + 1] - _pair(trace, "zmp_cmd")[at])
+        if "dcm_error_x" in trace.units:
+            sights.append(_pair(trace, "dcm_error")[at])
+    error = np.concatenate(errors)
+    found = {"episodes": len(traces), "fell": fell, "ticks": len(error)}
+    if not len(error):
+        return found | {"error": None, "to_withstand": None, "dcm_error": None}
+    return found | _errors(error, np.concatenate(sights) if sights else None, k)
