@@ -1,1 +1,1 @@
-"""What the MOA sets assume, measured on the running body: how the ZMP follows its command, and the feedback there is."""
+"""What the MOA sets assume, measured on the running body: how the ZMP follows its command, and with what feedback."""

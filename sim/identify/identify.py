@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.admissible.gain_bank import stiffness
-from controllers.gains import Gain
 from controllers.interface import Phase
 from controllers.pendulum import Pendulum
 from controllers.registry import CONTROLLERS
+from controllers.supervisor.momentum_state import momentum_state
 from models.errors import InputError
 from models.robot import Robot, load_robot
 from scenarios.choice import Choice
 from scenarios.schema import Scenario
 from scenarios.sensing import Sensing
 from sim.episode.build import make_controller
-from sim.episode.episode import run_episode
+from sim.episode.episode import Episode, run_episode
 from sim.episode.recording import robot_facts
 from sim.identify.excitation import FREQUENCIES, Sway, Swayed
 from sim.identify.response import Window, feedback_gain, lines, mean_of, spread, transfer
@@ -30,16 +30,26 @@ from sim.record.trace import Trace
 
 Array = NDArray[np.float64]
 AXES = ("x", "y")
+# Of an error that sets are asked to withstand: hundredths of a millimetre.
+_DIGITS = 5
 # Margin of times of ticks [s].
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Swayed:
-    """What one seed gave: a window for each axis, and errors (n, 2) of the ZMP and of the seen DCM in both [m]."""
+    """What one seed gave.
+
+    Attributes:
+        windows: one for each axis.
+        error: (n, 2) realised less commanded ZMP, in both windows [m].
+        to_withstand: (n, 2) realised ZMP less that of the law at the true state [m].
+        sight: (n, 2) seen less true DCM [m]; None if the true state is seen.
+    """
 
     windows: tuple[Window, Window]
     error: Array
+    to_withstand: Array
     sight: Array | None
 
 
@@ -54,7 +64,7 @@ def identify(
 
     Args:
         scenario: gives robot, layer, senses, gain, and the pushes of the stepping episodes.
-        seeds: episodes of each kind, with the scenario's seed and those that follow it.
+        seeds: episodes of each kind, at least 2, with the scenario's seed and those that follow it.
         amplitude: peak of the offset of the ZMP, as a share of the way from the middle of the feet to the soles' edge.
         progress: called with the share of the work that is done.
 
@@ -88,7 +98,7 @@ def identify(
         for seed in _seeds(scenario, seeds):
             runs.append(_sway(case.model_copy(update={"seed": seed}), robot, peaks, advance))
             done += Sway.duration()
-        found[name] = _standing(runs, pendulum, designed)
+        found[name] = _standing(runs, pendulum.dt)
     steps = None
     if pushed:
         traces = []
@@ -101,9 +111,9 @@ def identify(
         steps = _stepping(traces, stiffness(pendulum, designed))
     given = found["as given"]
     k = float(np.mean([given["axes"][axis]["gain"]["realised"]["mean"] for axis in AXES]))
-    errors = {"none": 0.0, "standing": _most(given["to_withstand"])}
-    if steps is not None and steps["ticks"]:
-        errors["stepping"] = _most(steps["to_withstand"])
+    errors = {"none": 0.0, "standing": round(_most(given["to_withstand"]), _DIGITS)}
+    if steps is not None and steps["steps"]:
+        errors["stepping"] = round(_most(steps["to_withstand"]), _DIGITS)
     return {
         "scenario": scenario.description,
         "robot": robot_facts(robot),
@@ -150,7 +160,10 @@ def _sway(scenario: Scenario, robot: Robot, peaks: Array, progress: Callable[[fl
     assert hasattr(inner, "command")
     delay = round(scenario.sensing.latency / scenario.timing.control)
     controller = Swayed(inner, Sway.drawn(scenario.seed, peaks), delay)
-    result = run_episode(scenario, controller=controller, robot=robot, polygons=False, progress=progress)
+    watch = _Watch(robot, spin=scenario.stepping.angular_momentum)
+    result = run_episode(
+        scenario, controller=controller, robot=robot, polygons=False, progress=progress, on_tick=watch.see
+    )
     trace, outcome = result.trace, result.outcome
     if outcome.result is Result.FELL:
         way = " and ".join(f"{1e3 * peak:.2g} mm along {axis}" for peak, axis in zip(peaks, AXES, strict=True))
@@ -158,10 +171,12 @@ def _sway(scenario: Scenario, robot: Robot, peaks: Array, progress: Callable[[fl
             f"it falls at {outcome.time_of_fall:.2f} s while its ZMP is swayed by up to {way}; "
             f"nothing can be identified of a robot that does not stand ({scenario.sensing.words}, seed {scenario.seed})"
         )
-    zmp, command = _pair(trace, "zmp"), _pair(trace, "zmp_cmd")
-    dcm = _pair(trace, "cog") + np.column_stack([trace["cog_vx"], trace["cog_vy"]]) / robot.omega
-    offset = np.array(controller.offsets)
-    sight = None if scenario.sensing.is_true else _pair(trace, "dcm_error")
+    zmp, command, offset = _pair(trace, "zmp"), _pair(trace, "zmp_cmd"), np.array(controller.offsets)
+    states, middles = np.array(watch.states), np.array(watch.middles)
+    pendulum = Pendulum(robot.omega, scenario.timing.control)
+    resting = np.column_stack([middles[:, 0], np.zeros(len(middles)), middles[:, 1], np.zeros(len(middles))])
+    law = middles - (states - resting) @ scenario.gain.of(pendulum).F.T + offset
+    dcm = states[:, 0::2] + states[:, 1::2] / robot.omega
     windows, rows = [], []
     for axis in (0, 1):
         begin, end = Sway.window(axis)
@@ -171,6 +186,7 @@ def _sway(scenario: Scenario, robot: Robot, peaks: Array, progress: Callable[[fl
         windows.append(
             Window(
                 time=trace.time[at],
+                law=law[at, axis],
                 command=command[at, axis],
                 # What the command of a tick came to is measured when the next begins.
                 realised=zmp[at + 1, axis],
@@ -178,39 +194,55 @@ def _sway(scenario: Scenario, robot: Robot, peaks: Array, progress: Callable[[fl
                 dcm=dcm[at, axis],
             )
         )
-    all_rows = np.concatenate(rows)
+    at = np.concatenate(rows)
     return _Swayed(
         windows=(windows[0], windows[1]),
-        error=zmp[all_rows + 1] - command[all_rows],
-        sight=None if sight is None else sight[all_rows],
+        error=zmp[at + 1] - command[at],
+        to_withstand=zmp[at + 1] - law[at],
+        sight=None if scenario.sensing.is_true else _pair(trace, "dcm_error")[at],
     )
 
 
-def _standing(runs: Sequence[_Swayed], pendulum: Pendulum, designed: Gain) -> dict[str, Any]:
+class _Watch:
+    """Notes, tick by tick, the true state (4,) that the law is meant for, and the middle (2,) of the feet."""
+
+    def __init__(self, robot: Robot, *, spin: bool) -> None:
+        self._robot, self._spin = robot, spin
+        self.states: list[Array] = []
+        self.middles: list[Array] = []
+
+    def see(self, episode: Episode) -> None:
+        truth = episode.truth
+        self.states.append(momentum_state(truth, self._robot) if self._spin else truth.balance_state())
+        self.middles.append(0.5 * (truth.feet["left"].position + truth.feet["right"].position)[:2])
+
+
+def _standing(runs: Sequence[_Swayed], dt: float) -> dict[str, Any]:
     """What the swayed episodes of all seeds say."""
-    k = stiffness(pendulum, designed)
-    axes = {axis: _axis([run.windows[i] for run in runs], pendulum.dt) for i, axis in enumerate(AXES)}
-    error = np.concatenate([run.error for run in runs])
+    axes = {axis: _axis([run.windows[i] for run in runs], dt) for i, axis in enumerate(AXES)}
     sights = [run.sight for run in runs if run.sight is not None]
-    sight = np.concatenate(sights) if sights else None
-    return {"axes": axes} | _errors(error, sight, k)
+    return {
+        "axes": axes,
+        "error": _by_axis(np.concatenate([run.error for run in runs])),
+        "to_withstand": _by_axis(np.concatenate([run.to_withstand for run in runs])),
+        "dcm_error": _length(np.concatenate(sights)) if sights else None,
+    }
 
 
 def _axis(windows: Sequence[Window], dt: float) -> dict[str, Any]:
     """Of one axis: responses at each frequency, gains, and what the response does not explain."""
-    body, law, rest, gains = [], [], [], []
+    body, loop, rest, gains = [], [], [], []
     for window in windows:
-        command, _ = lines(window.time, window.command, FREQUENCIES)
         realised, unexplained = lines(window.time, window.realised, FREQUENCIES)
-        own, _ = lines(window.time, window.command - window.offset, FREQUENCIES)
-        dcm, _ = lines(window.time, window.dcm, FREQUENCIES)
+        command, _ = lines(window.time, window.command, FREQUENCIES)
+        law, _ = lines(window.time, window.law, FREQUENCIES)
         body.append(transfer(realised, command, FREQUENCIES))
-        law.append(transfer(own, dcm, FREQUENCIES))
+        loop.append(transfer(realised, law, FREQUENCIES))
         rest.append(unexplained)
         gains.append(feedback_gain(window, dt))
     return {
         "body": _over_seeds(body),
-        "law": _over_seeds(law),
+        "loop": _over_seeds(loop),
         "residual": spread(np.concatenate(rest)),
         "gain": {
             "commanded": mean_of([one[0] for one in gains]),
@@ -230,32 +262,43 @@ def _over_seeds(responses: Sequence[tuple[Array, Array]]) -> list[dict[str, Any]
     ]
 
 
-def _errors(error: Array, sight: Array | None, k: float) -> dict[str, Any]:
-    """Of errors (n, 2) of the realised ZMP and of the seen DCM, which moves the command k times as far."""
-    both = error if sight is None else error + k * sight
-    size = None if sight is None else np.hypot(*sight[np.isfinite(sight).all(axis=1)].T)
-    return {
-        "error": {axis: spread(error[:, i]) for i, axis in enumerate(AXES)},
-        "to_withstand": {axis: spread(both[:, i]) for i, axis in enumerate(AXES)},
-        "dcm_error": None
-        if size is None or not len(size)
-        else {"rms": float(np.sqrt(np.mean(size**2))), "peak": float(size.max())},
-    }
+def _by_axis(error: Array) -> dict[str, Any]:
+    """The spread of an error (n, 2) along each axis."""
+    return {axis: spread(error[:, i]) for i, axis in enumerate(AXES)}
+
+
+def _length(error: Array) -> dict[str, float] | None:
+    """RMS and peak of the length of an error (n, 2) [m]."""
+    found = spread(np.hypot(*error.T))
+    return None if found is None else {"rms": found["rms"], "peak": found["largest"]}
 
 
 def _stepping(traces: Sequence[tuple[Trace, float | None]], k: float) -> dict[str, Any]:
-    """What the steps of pushed episodes say, until each fell, if it did."""
-    errors, sights, fell = [], [], 0
+    """What the steps of pushed episodes say, until each fell, if it did.
+
+    The law of a step depends on the step; what an error of the seen DCM does to it is taken to be k times that error.
+    """
+    errors, sights, means, fell = [], [], [], 0
     for trace, fall in traces:
         fell += fall is not None
-        at = np.flatnonzero(trace["phase"] == Phase.STEPPING.value)
-        at = at[(at + 1 < len(trace)) & (trace.time[at] < (np.inf if fall is None else fall))]
-        at = at[at + 1 < len(trace)]
-        errors.append(_pair(trace, "zmp")[at + 1] - _pair(trace, "zmp_cmd")[at])
+        stepping = trace["phase"] == Phase.STEPPING.value
+        # The ZMP measured at a landing is of the next stance already.
+        at = np.flatnonzero(stepping[:-1] & stepping[1:] & (trace.time[1:] < (np.inf if fall is None else fall)))
+        error = _pair(trace, "zmp")[at + 1] - _pair(trace, "zmp_cmd")[at]
+        errors.append(error)
+        for step in np.split(error, np.flatnonzero(np.diff(at) > 1) + 1):
+            if len(step := step[np.isfinite(step).all(axis=1)]):
+                means.append(np.abs(step.mean(axis=0)))
         if "dcm_error_x" in trace.units:
             sights.append(_pair(trace, "dcm_error")[at])
     error = np.concatenate(errors)
-    found = {"episodes": len(traces), "fell": fell, "ticks": len(error)}
-    if not len(error):
-        return found | {"error": None, "to_withstand": None, "dcm_error": None}
-    return found | _errors(error, np.concatenate(sights) if sights else None, k)
+    found: dict[str, Any] = {"episodes": len(traces), "fell": fell, "ticks": len(error), "steps": len(means)}
+    if not means:
+        return found | {"error": None, "to_withstand": None, "mean_of_step": None, "dcm_error": None}
+    sight = np.concatenate(sights) if sights else None
+    return found | {
+        "error": _by_axis(error),
+        "to_withstand": _by_axis(error if sight is None else error + k * sight),
+        "mean_of_step": {axis: float(np.max(means, axis=0)[i]) for i, axis in enumerate(AXES)},
+        "dcm_error": None if sight is None else _length(sight),
+    }

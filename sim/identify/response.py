@@ -19,6 +19,7 @@ class Window:
 
     Attributes:
         time: [s].
+        law: the ZMP that the regulator's gain asks for in the true state, with the offset [m].
         command: ZMP command [m].
         realised: the ZMP at the end of that tick [m].
         offset: what was added to the regulator's command [m].
@@ -26,6 +27,7 @@ class Window:
     """
 
     time: Array
+    law: Array
     command: Array
     realised: Array
     offset: Array
@@ -67,9 +69,7 @@ def feedback_gain(window: Window, dt: float) -> tuple[float, float]:
         dt: control period [s].
     """
     constant = np.ones_like(window.time)
-    own, *_ = np.linalg.lstsq(
-        np.column_stack([window.dcm, constant]), window.command - window.offset, rcond=None
-    )
+    own, *_ = np.linalg.lstsq(np.column_stack([window.dcm, constant]), window.command - window.offset, rcond=None)
     basis = np.column_stack([window.dcm, constant, window.offset, np.gradient(window.offset, dt)])
     realised, *_ = np.linalg.lstsq(basis, window.realised, rcond=None)
     return float(own[0]), float(realised[0])
@@ -88,12 +88,10 @@ def spread(error: Array) -> dict[str, float] | None:
     }
 
 
-def mean_of(values: Sequence[float]) -> dict[str, float | list[float] | None]:
-    """Mean over the seeds with its 95 % interval by Student's t; no interval of a single seed."""
+def mean_of(values: Sequence[float]) -> dict[str, float | list[float]]:
+    """Mean over at least two seeds, with its 95 % interval by Student's t."""
     from scipy.stats import t
 
     mean, count = float(np.mean(values)), len(values)
-    if count < 2:
-        return {"mean": mean, "interval": None}
     half = float(t.ppf(0.975, count - 1) * np.std(values, ddof=1) / math.sqrt(count))
     return {"mean": mean, "interval": [mean - half, mean + half]}
