@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.admissible.gain_bank import stiffness
+from controllers.baselines.regulator_alone import RegulatorAlone
 from controllers.interface import Phase
 from controllers.pendulum import Pendulum
 from controllers.registry import CONTROLLERS
@@ -157,7 +158,7 @@ def _pair(trace: Trace, name: str) -> Array:
 def _sway(scenario: Scenario, robot: Robot, peaks: Array, progress: Callable[[float], None]) -> _Swayed:
     """One swayed episode."""
     inner = make_controller(scenario, robot)
-    assert hasattr(inner, "command")
+    assert isinstance(inner, RegulatorAlone)
     delay = round(scenario.sensing.latency / scenario.timing.control)
     controller = Swayed(inner, Sway.drawn(scenario.seed, peaks), delay)
     watch = _Watch(robot, spin=scenario.stepping.angular_momentum)

@@ -46,9 +46,8 @@ def draw(report: Mapping[str, Any]) -> bytes:
     panels[1, 0].set_ylabel("lag [ms], below 0 a lead")
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
     where = report["layer"] or "pendulum"
-    figure.suptitle(
-        f"{report['robot']['name']}, {where}: how the ZMP follows, with 95 % intervals over {len(report['seeds'])} seeds"
-    )
+    seeds = len(report["seeds"])
+    figure.suptitle(f"{report['robot']['name']}, {where}: how the ZMP follows, with 95 % intervals over {seeds} seeds")
     stream = io.BytesIO()
     figure.savefig(stream, format="png")
     return stream.getvalue()

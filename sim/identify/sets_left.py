@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from controllers import gains
 from controllers.admissible.gilbert_tan import MoaError
 from controllers.admissible.limits import no_step_limit, recoverable_delta_v
@@ -23,7 +25,11 @@ DIRECTIONS = tuple(range(0, 360, 45))
 def stand(robot: Robot) -> tuple[SupportPolygon, Any]:
     """The support polygon of a robot in its stand, and the (2,) middle of its feet [m]."""
     feet = [
-        Foot(position=robot.sole_stance[side][:2], yaw=robot.sole_stance[side][2], sole=robot.sole_vertices[side])
+        Foot(
+            position=np.array(robot.sole_stance[side][:2]),
+            yaw=robot.sole_stance[side][2],
+            sole=robot.sole_vertices[side],
+        )
         for side in SIDES
     ]
     return support_polygon(feet), 0.5 * (feet[0].position + feet[1].position)
