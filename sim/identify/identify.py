@@ -3,55 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.admissible.gain_bank import stiffness
-from controllers.baselines.regulator_alone import RegulatorAlone
 from controllers.interface import Phase
 from controllers.pendulum import Pendulum
 from controllers.registry import CONTROLLERS
-from controllers.supervisor.momentum_state import momentum_state
 from models.errors import InputError
 from models.robot import Robot, load_robot
 from scenarios.choice import Choice
 from scenarios.schema import Scenario
 from scenarios.sensing import Sensing
-from sim.episode.build import make_controller
-from sim.episode.episode import Episode, run_episode
+from sim.episode.episode import run_episode
 from sim.episode.recording import robot_facts
-from sim.identify.excitation import FREQUENCIES, Sway, Swayed
+from sim.identify.excitation import FREQUENCIES, Sway
 from sim.identify.response import Window, feedback_gain, lines, mean_of, spread, transfer
 from sim.identify.sets_left import sets_left, stand
-from sim.record.outcome import Result
+from sim.identify.swayed_episode import AXES, Standing, pair, sway
 from sim.record.trace import Trace
 
 Array = NDArray[np.float64]
-AXES = ("x", "y")
 # Of an error that sets are asked to withstand: hundredths of a millimetre.
 _DIGITS = 5
-# Margin of times of ticks [s].
-_ROUNDING = 1e-9
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Swayed:
-    """What one seed gave.
-
-    Attributes:
-        windows: one for each axis.
-        error: (n, 2) realised less commanded ZMP, in both windows [m].
-        to_withstand: (n, 2) realised ZMP less that of the law at the true state [m].
-        sight: (n, 2) seen less true DCM [m]; None if the true state is seen.
-    """
-
-    windows: tuple[Window, Window]
-    error: Array
-    to_withstand: Array
-    sight: Array | None
+# An edge of the support along an axis bounds nothing along it, but for rounding.
+_EDGE_ON = 1e-9
 
 
 def identify(
@@ -97,7 +75,7 @@ def identify(
     for name, case in cases.items():
         runs = []
         for seed in _seeds(scenario, seeds):
-            runs.append(_sway(case.model_copy(update={"seed": seed}), robot, peaks, advance))
+            runs.append(sway(case.model_copy(update={"seed": seed}), robot, peaks, advance))
             done += Sway.duration()
         found[name] = _standing(runs, pendulum.dt)
     steps = None
@@ -140,9 +118,9 @@ def _seeds(scenario: Scenario, count: int) -> range:
 def _reach(robot: Robot) -> Array:
     """(2,) way from the middle of the feet to the nearer edge of the support along each axis [m]."""
     polygon, middle = stand(robot)
-    facing = np.abs(polygon.M) > _ROUNDING
+    facing = np.abs(polygon.M) > _EDGE_ON
     room = (polygon.v - polygon.M @ middle)[:, None]
-    return np.where(facing, room / np.maximum(np.abs(polygon.M), _ROUNDING), np.inf).min(axis=0)
+    return np.where(facing, room / np.maximum(np.abs(polygon.M), _EDGE_ON), np.inf).min(axis=0)
 
 
 def _most(errors: dict[str, Any]) -> float:
@@ -150,75 +128,7 @@ def _most(errors: dict[str, Any]) -> float:
     return max(float(errors[axis]["q95"]) for axis in AXES)
 
 
-def _pair(trace: Trace, name: str) -> Array:
-    """(n, 2) channels `name_x` and `name_y`."""
-    return np.column_stack([trace[f"{name}_{axis}"] for axis in AXES])
-
-
-def _sway(scenario: Scenario, robot: Robot, peaks: Array, progress: Callable[[float], None]) -> _Swayed:
-    """One swayed episode."""
-    inner = make_controller(scenario, robot)
-    assert isinstance(inner, RegulatorAlone)
-    delay = round(scenario.sensing.latency / scenario.timing.control)
-    controller = Swayed(inner, Sway.drawn(scenario.seed, peaks), delay)
-    watch = _Watch(robot, spin=scenario.stepping.angular_momentum)
-    result = run_episode(
-        scenario, controller=controller, robot=robot, polygons=False, progress=progress, on_tick=watch.see
-    )
-    trace, outcome = result.trace, result.outcome
-    if outcome.result is Result.FELL:
-        way = " and ".join(f"{1e3 * peak:.2g} mm along {axis}" for peak, axis in zip(peaks, AXES, strict=True))
-        raise InputError(
-            f"it falls at {outcome.time_of_fall:.2f} s while its ZMP is swayed by up to {way}; "
-            f"nothing can be identified of a robot that does not stand ({scenario.sensing.words}, seed {scenario.seed})"
-        )
-    zmp, command, offset = _pair(trace, "zmp"), _pair(trace, "zmp_cmd"), np.array(controller.offsets)
-    states, middles = np.array(watch.states), np.array(watch.middles)
-    pendulum = Pendulum(robot.omega, scenario.timing.control)
-    resting = np.column_stack([middles[:, 0], np.zeros(len(middles)), middles[:, 1], np.zeros(len(middles))])
-    law = middles - (states - resting) @ scenario.gain.of(pendulum).F.T + offset
-    dcm = states[:, 0::2] + states[:, 1::2] / robot.omega
-    windows, rows = [], []
-    for axis in (0, 1):
-        begin, end = Sway.window(axis)
-        at = np.flatnonzero((trace.time >= begin - _ROUNDING) & (trace.time < end - _ROUNDING))
-        at = at[at + 1 < len(trace)]
-        rows.append(at)
-        windows.append(
-            Window(
-                time=trace.time[at],
-                law=law[at, axis],
-                command=command[at, axis],
-                # What the command of a tick came to is measured when the next begins.
-                realised=zmp[at + 1, axis],
-                offset=offset[at, axis],
-                dcm=dcm[at, axis],
-            )
-        )
-    at = np.concatenate(rows)
-    return _Swayed(
-        windows=(windows[0], windows[1]),
-        error=zmp[at + 1] - command[at],
-        to_withstand=zmp[at + 1] - law[at],
-        sight=None if scenario.sensing.is_true else _pair(trace, "dcm_error")[at],
-    )
-
-
-class _Watch:
-    """Notes, tick by tick, the true state (4,) that the law is meant for, and the middle (2,) of the feet."""
-
-    def __init__(self, robot: Robot, *, spin: bool) -> None:
-        self._robot, self._spin = robot, spin
-        self.states: list[Array] = []
-        self.middles: list[Array] = []
-
-    def see(self, episode: Episode) -> None:
-        truth = episode.truth
-        self.states.append(momentum_state(truth, self._robot) if self._spin else truth.balance_state())
-        self.middles.append(0.5 * (truth.feet["left"].position + truth.feet["right"].position)[:2])
-
-
-def _standing(runs: Sequence[_Swayed], dt: float) -> dict[str, Any]:
+def _standing(runs: Sequence[Standing], dt: float) -> dict[str, Any]:
     """What the swayed episodes of all seeds say."""
     axes = {axis: _axis([run.windows[i] for run in runs], dt) for i, axis in enumerate(AXES)}
     sights = [run.sight for run in runs if run.sight is not None]
@@ -285,13 +195,13 @@ def _stepping(traces: Sequence[tuple[Trace, float | None]], k: float) -> dict[st
         stepping = trace["phase"] == Phase.STEPPING.value
         # The ZMP measured at a landing is of the next stance already.
         at = np.flatnonzero(stepping[:-1] & stepping[1:] & (trace.time[1:] < (np.inf if fall is None else fall)))
-        error = _pair(trace, "zmp")[at + 1] - _pair(trace, "zmp_cmd")[at]
+        error = pair(trace, "zmp")[at + 1] - pair(trace, "zmp_cmd")[at]
         errors.append(error)
         for step in np.split(error, np.flatnonzero(np.diff(at) > 1) + 1):
             if len(step := step[np.isfinite(step).all(axis=1)]):
                 means.append(np.abs(step.mean(axis=0)))
         if "dcm_error_x" in trace.units:
-            sights.append(_pair(trace, "dcm_error")[at])
+            sights.append(pair(trace, "dcm_error")[at])
     error = np.concatenate(errors)
     found: dict[str, Any] = {"episodes": len(traces), "fell": fell, "ticks": len(error), "steps": len(means)}
     if not means:

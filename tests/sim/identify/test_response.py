@@ -16,7 +16,7 @@ HOLD = 0.5 * DT
 
 
 def swayed(k: float, gain: float, time_constant: float, noise: float = 0.0, seed: int = 3) -> list[Window]:
-    """Both windows of a pendulum under u = k xi + r, whose ZMP follows as p' = (gain u - p) / time_constant, with white noise."""
+    """Both windows of a pendulum under u = k xi + r; its ZMP is p + noise, p' = (gain u - p) / time_constant."""
     sway, rng = Sway.drawn(seed, np.array([0.01, 0.02])), np.random.default_rng(seed)
     ticks = round(Sway.duration() / DT)
     decay = math.exp(-DT / time_constant) if time_constant else 0.0
