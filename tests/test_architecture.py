@@ -32,6 +32,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("sim.episode",),
     ("sim.envs", "sim.viz", "sim.results"),
     ("sim.analysis", "sim.sweep", "sim.set_study", "sim.policy_check", "sim.viewer"),
+    ("sim.identify",),
     ("sim.presenter",),
     ("sim.report",),
     ("sim.cli",),

@@ -33,5 +33,7 @@ whole = _reader(Annotated[int, Field(ge=0)])
 """Reads a whole number that is not below 0."""
 positive = _reader(Annotated[int, Field(ge=1)])
 """Reads a whole number that is at least 1."""
+several = _reader(Annotated[int, Field(ge=2, le=1000)])
+"""Reads how many there shall be to tell a spread: at least 2."""
 seconds = _reader(Annotated[float, Field(gt=0, le=LONGEST, allow_inf_nan=False)])
 """Reads a length of an episode [s]."""
