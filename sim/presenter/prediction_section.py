@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 from sim.presenter.formatting import degrees, fraction, percent
 from sim.presenter.tables import Section, Table
 from sim.presenter.who import Entry, Summary, label
+
+if TYPE_CHECKING:
+    from sim.analysis.calibration import Model
 
 _RATES = {
     "false_safe": "false safe, of predicted safe",
@@ -59,6 +64,11 @@ def prediction_section(summary: Summary) -> Section | None:
         tables=(
             Table(title="Prediction at the end of the push, and what came of it", rows=tuple(_confusion(found))),
             Table(title="Rates of the prediction, with 95 % intervals", rows=tuple(rates)),
+            Table(
+                title="Probability of recovery from the slacks, and what came of it",
+                rows=tuple(_probabilities(summary, found["probability"])),
+                notes=tuple(_provenance(one) for one in found["probability"]),
+            ),
             Table(title="Recovery by where the state was", rows=tuple(regions), shown="page"),
             Table(title="Prediction by set and direction", rows=tuple(scores), shown="page"),
         ),
@@ -66,6 +76,47 @@ def prediction_section(summary: Summary) -> Section | None:
             _slack_words(world, section["logistic"]) for world, section in found["slack"].items() if section["logistic"]
         ),
     )
+
+
+def model_words(model: Model) -> str:
+    """What a model was fitted to, and came to, in a line."""
+    parts = zip(model.terms, model.coefficients[1:], model.covariance[1:], range(1, 3), strict=False)
+    slopes = (f"{value:+.3f} ± {math.sqrt(row[at]):.3f} per cm of slack of {term}" for term, value, row, at in parts)
+    ridge = f"; a ridge of {model.ridge:g} holds what the slacks part" if model.ridge else ""
+    return (
+        f"{model.controller} on {model.robot}, {model.world}: {model.recovered} of {model.episodes} recovered; "
+        f"log odds {model.coefficients[0]:+.2f} ± {math.sqrt(model.covariance[0][0]):.2f}, {', '.join(slopes)}{ridge}"
+    )
+
+
+def _probabilities(summary: Summary, found: list[Entry]) -> Iterator[dict[Any, str]]:
+    for one in found:
+        low, high = one["expected"]["interval"]
+        area = one["auc"]
+        yield {
+            "controller": label(summary, one["controller"]),
+            "world": one["world"],
+            "pushes": str(one["n"]),
+            ("recovered", "expected [95 %]"): f"{one['expected']['count']:.0f} [{low:.0f}, {high:.0f}]",
+            ("recovered", "observed"): str(one["recovered"]["count"]),
+            ("Brier score", "told"): f"{one['brier']:.3f}",
+            ("Brier score", "base rate"): f"{one['brier_base']:.3f}",
+            "AUC [95 %]": "–"
+            if area is None
+            else f"{area['value']:.2f} [{', '.join(f'{x:.2f}' for x in area['interval'])}]",
+            ("p = 0.5", "false safe"): fraction(one["false_safe"]),
+            ("p = 0.5", "false alarm"): fraction(one["false_alarm"]),
+        }
+
+
+def _provenance(one: Entry) -> str:
+    """What the probabilities were fitted to."""
+    by = one["by"]
+    words = f"Fitted to {by['episodes']} pushes of the suite {by['suite']}, seed {by['seed']}"
+    words += f", with a ridge of {by['ridge']:g} since the slacks part some of them" if by["ridge"] else ""
+    words += "; not a suite for tuning" if by["anyway"] else ""
+    words += "; these very pushes, so that the score flatters" if by["same_suite"] else ""
+    return f"{words}. {one['without']} pushes have no slack to go by." if one["without"] else f"{words}."
 
 
 def _confusion(found: Entry) -> list[dict[str | tuple[str, str], str]]:
