@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -16,12 +16,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 from scipy.special import expit
-from statsmodels.discrete.discrete_model import Logit
 
 from models.errors import InputError
 from sim.analysis.frame import crashed, each_push, groups, is_finished, load_rows, recovered, reference_rows
+from sim.analysis.statistics import fit_logistic, is_parted
 from sim.results.table import read_sweep
 
 Array = NDArray[np.float64]
@@ -39,7 +38,6 @@ _TERMS = {"stepping": "tracking", "standing": "regulator"}
 _LIMIT = 20.0
 _CENTIMETRES = 100.0
 _ROUNDING = 1e-9
-_ITERATIONS = 200
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,6 +210,20 @@ def calibrations_for(sweep: Mapping[str, Any], path: Path | None = None) -> list
     return fitting
 
 
+def probabilities(frame: pd.DataFrame, calibrations: Iterable[Calibration]) -> pd.Series:
+    """Of recovery, by the slacks at the end of the push; NaN for rows that no model speaks of, and for whole trains.
+
+    Args:
+        frame: of a sweep.
+        calibrations: that fit it.
+    """
+    told = pd.Series(math.nan, frame.index)
+    for model in (model for one in calibrations for model in one.models):
+        own = model.is_of(frame)
+        told[own] = model.probability(model.design(frame[own]))
+    return told
+
+
 def _stranger(model: Model, sweep: Mapping[str, Any]) -> str:
     """Why a model says nothing of a sweep; empty if it does."""
     robots, controllers = sweep.get("robots") or {}, sweep.get("controllers") or {}
@@ -271,44 +283,3 @@ def _fit(who: Mapping[str, Any], frame: pd.DataFrame, sweep: Mapping[str, Any]) 
         recovered=int(well.sum()),
         ridge=ridge,
     )
-
-
-def is_parted(design: Array, well: Array) -> bool:
-    """Whether some plane parts the outcomes, touching ones allowed: then the likelihood has no maximum.
-
-    Args:
-        design: (n, k), with a column of ones.
-        well: (n,), 1 or 0.
-    """
-    signed = np.where(well[:, None] > 0.5, 1.0, -1.0) * design
-    best = linprog(-signed.sum(axis=0), A_ub=-signed, b_ub=np.zeros(len(signed)), bounds=(-1.0, 1.0))
-    return bool(-best.fun > _ROUNDING * len(signed))
-
-
-def fit_logistic(design: Array, well: Array, ridge: float) -> tuple[Array, Array]:
-    """Coefficients (k,) and their covariance (k, k), with the largest likelihood less half the ridge's penalty.
-
-    Args:
-        design: (n, k), with a column of ones first, which is not penalised.
-        well: (n,), 1 or 0, both present; parted by no plane if there is no ridge.
-        ridge: weight of the squared slopes.
-
-    Raises:
-        InputError: if it does not converge.
-    """
-    model, size = Logit(well, design), design.shape[1]
-    penalty = ridge * np.diag([0.0] + [1.0] * (size - 1))
-    at = np.zeros(size)
-
-    def worth(there: Array) -> float:
-        return float(model.loglike(there) - 0.5 * there @ penalty @ there)
-
-    for _ in range(_ITERATIONS):
-        slope, bend = model.score(at) - penalty @ at, penalty - model.hessian(at)
-        step, share = np.linalg.solve(bend, slope), 1.0
-        while worth(at + share * step) < worth(at) and share > _ROUNDING:
-            share *= 0.5
-        at = at + share * step
-        if np.abs(share * step).max() < _ROUNDING:
-            return at, np.linalg.inv(penalty - model.hessian(at))
-    raise InputError("the fit of recovery by slack does not converge")

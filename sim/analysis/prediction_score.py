@@ -148,7 +148,7 @@ def probability_score(frame: pd.DataFrame, model: Model) -> dict[str, Any] | Non
     """
     own = frame[model.is_of(frame)]
     design, well = model.design(own), recovered(own).to_numpy(float)
-    known = ~np.isnan(design).any(axis=1)
+    known = np.isfinite(design).all(axis=1)
     design, well = design[known], well[known]
     if not len(well):
         return None
@@ -161,7 +161,7 @@ def probability_score(frame: pd.DataFrame, model: Model) -> dict[str, Any] | Non
     tenth = np.minimum((told * _TENTHS).astype(int), _TENTHS - 1)
     return {
         "n": len(well),
-        "without": len(known) - len(well),
+        "without": len(own) - len(well),
         "recovered": rate(count, len(well)),
         "expected": {"count": float(told.sum()), "interval": ends.tolist()},
         "brier": brier(told, well),

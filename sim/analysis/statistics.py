@@ -7,16 +7,21 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, linprog
 from scipy.stats import norm, rankdata
+from statsmodels.discrete.discrete_model import Logit
 from statsmodels.stats.contingency_tables import mcnemar
 from statsmodels.stats.proportion import proportion_confint
+
+from models.errors import InputError
 
 Array = NDArray[np.float64]
 
 ALPHA = 0.05
 """Chance of being wrong that every interval and test accepts."""
 _RESAMPLES = 10_000
+_ITERATIONS = 200
+_ROUNDING = 1e-9
 
 
 def rate(count: int, n: int) -> dict[str, Any]:
@@ -106,3 +111,44 @@ def spread(values: Sequence[float]) -> dict[str, Any]:
         "quartiles": np.quantile(sample, [0.25, 0.75]).tolist(),
         "interval": np.quantile(medians, [0.5 * ALPHA, 1.0 - 0.5 * ALPHA]).tolist(),
     }
+
+
+def is_parted(design: Array, well: Array) -> bool:
+    """Whether some plane parts the outcomes, touching ones allowed: then the likelihood has no maximum.
+
+    Args:
+        design: (n, k), with a column of ones.
+        well: (n,), 1 or 0.
+    """
+    signed = np.where(well[:, None] > 0.5, 1.0, -1.0) * design
+    best = linprog(-signed.sum(axis=0), A_ub=-signed, b_ub=np.zeros(len(signed)), bounds=(-1.0, 1.0))
+    return bool(-best.fun > _ROUNDING * len(signed))
+
+
+def fit_logistic(design: Array, well: Array, ridge: float) -> tuple[Array, Array]:
+    """Coefficients (k,) and their covariance (k, k), with the largest likelihood less half the ridge's penalty.
+
+    Args:
+        design: (n, k), with a column of ones first, which is not penalised.
+        well: (n,), 1 or 0, both present; parted by no plane if there is no ridge.
+        ridge: weight of the squared slopes.
+
+    Raises:
+        InputError: if it does not converge.
+    """
+    model, size = Logit(well, design), design.shape[1]
+    penalty = ridge * np.diag([0.0] + [1.0] * (size - 1))
+    at = np.zeros(size)
+
+    def worth(there: Array) -> float:
+        return float(model.loglike(there) - 0.5 * there @ penalty @ there)
+
+    for _ in range(_ITERATIONS):
+        slope, bend = model.score(at) - penalty @ at, penalty - model.hessian(at)
+        step, share = np.linalg.solve(bend, slope), 1.0
+        while worth(at + share * step) < worth(at) and share > _ROUNDING:
+            share *= 0.5
+        at = at + share * step
+        if np.abs(share * step).max() < _ROUNDING:
+            return at, np.linalg.inv(penalty - model.hessian(at))
+    raise InputError("the fit of recovery by slack does not converge")

@@ -16,7 +16,7 @@ from sim.cli.numbers import whole
 # What takes long to import (statistics, pictures) is imported by the command that needs it.
 
 _Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
-_Calibration = Annotated[
+CalibrationOption = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
@@ -24,6 +24,7 @@ _Calibration = Annotated[
         show_default="baselines/calibration-ROBOT.json of the checkout, if it fits",
     ),
 ]
+"""Which calibration gives the probabilities."""
 
 
 def register(app: typer.Typer) -> None:
@@ -52,7 +53,7 @@ def tell_unfinished(episodes: int, sweep: Mapping[str, Any]) -> None:
 
 def summary(
     folder: _Folder,
-    calibration: _Calibration = None,
+    calibration: CalibrationOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="For machines.")] = False,
 ) -> None:
     """Print thresholds, rates and the score of the prediction, and write them to DIR/summary.json."""
@@ -73,7 +74,7 @@ def summary(
 def report(
     folder: _Folder,
     baseline: Annotated[Path | None, typer.Option(metavar="FILE", help="Baseline to compare with.")] = None,
-    calibration: _Calibration = None,
+    calibration: CalibrationOption = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Page to write.", show_default="DIR/report.html")
     ] = None,

@@ -22,6 +22,10 @@ _RATES = {
 _MOMENTS = {"end": "end of the push", "decision": "decision"}
 _SETS = {"law": "all its sets", "regulator": "regulator's set", "tracking": "tracking sets"}
 _REGIONS = {"regulator": "the regulator's set", "tracking": "a tracking set only", "outside": "none of its sets"}
+_TOLD = (
+    "The probability of recovery goes by the slacks at the end of the push; its law was fitted to other pushes unless "
+    "it is said below. A yes or no is told by the sets alone. "
+)
 
 _MOST = 20.0
 """Logarithm of odds up to which they are told."""
@@ -56,19 +60,15 @@ def prediction_section(summary: Summary) -> Section | None:
         key="prediction",
         heading="Prediction score: did the sets predict the outcome?",
         text=(
-            "At the end of a push the state is predicted safe if it lies in a maximal output admissible set of its "
-            "controller: in the regulator's set, or in a tracking set if it steps. A humanoid's tracking sets are "
+            f"{_TOLD if found['probability'] else ''}At the end of a push the state is predicted safe if it lies in a "
+            "maximal output admissible set of its controller: in the regulator's set, or in a tracking set if it steps. A humanoid's tracking sets are "
             "asked for slower feet and grown by a margin, both fitted to pushes that no suite uses; the "
             "pendulum's are asked as they are. Then the body does what it does."
         ),
         tables=(
+            *_probability_table(summary, found["probability"]),
             Table(title="Prediction at the end of the push, and what came of it", rows=tuple(_confusion(found))),
             Table(title="Rates of the prediction, with 95 % intervals", rows=tuple(rates)),
-            Table(
-                title="Probability of recovery from the slacks, and what came of it",
-                rows=tuple(_probabilities(summary, found["probability"])),
-                notes=tuple(_provenance(one) for one in found["probability"]),
-            ),
             Table(title="Recovery by where the state was", rows=tuple(regions), shown="page"),
             Table(title="Prediction by set and direction", rows=tuple(scores), shown="page"),
         ),
@@ -87,6 +87,14 @@ def model_words(model: Model) -> str:
         f"{model.controller} on {model.robot}, {model.world}: {model.recovered} of {model.episodes} recovered; "
         f"log odds {model.coefficients[0]:+.2f} ± {math.sqrt(model.covariance[0][0]):.2f}, {', '.join(slopes)}{ridge}"
     )
+
+
+def _probability_table(summary: Summary, found: list[Entry]) -> list[Table]:
+    if not found:
+        return []
+    title = "Probability of recovery from the slacks, and what came of it"
+    notes = tuple(dict.fromkeys(_provenance(one) for one in found))
+    return [Table(title=title, rows=tuple(_probabilities(summary, found)), notes=notes)]
 
 
 def _probabilities(summary: Summary, found: list[Entry]) -> Iterator[dict[Any, str]]:
