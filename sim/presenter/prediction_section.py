@@ -61,9 +61,9 @@ def prediction_section(summary: Summary) -> Section | None:
         heading="Prediction score: did the sets predict the outcome?",
         text=(
             f"{_TOLD if found['probability'] else ''}At the end of a push the state is predicted safe if it lies in a "
-            "maximal output admissible set of its controller: in the regulator's set, or in a tracking set if it steps. A humanoid's tracking sets are "
-            "asked for slower feet and grown by a margin, both fitted to pushes that no suite uses; the "
-            "pendulum's are asked as they are. Then the body does what it does."
+            "maximal output admissible set of its controller: in the regulator's set, or in a tracking set if it "
+            "steps. A humanoid's tracking sets are asked for slower feet and grown by a margin, both fitted to pushes "
+            "that no suite uses; the pendulum's are asked as they are. Then the body does what it does."
         ),
         tables=(
             *_probability_table(summary, found["probability"]),
