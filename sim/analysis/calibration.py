@@ -72,6 +72,10 @@ class Model:
 
     def __post_init__(self) -> None:
         """Check that the numbers fit each other; raises `ValueError`."""
+        named = (self.robot, self.robot_hash, self.world, self.controller, self.source or "", *self.terms)
+        counted = (self.episodes, self.recovered, self.ridge)
+        if not all(isinstance(one, str) for one in named) or not all(isinstance(one, int | float) for one in counted):
+            raise ValueError("a name is no text, or a count no number")
         size = 1 + len(self.terms)
         numbers = np.array([self.coefficients, *self.covariance], dtype=np.float64)
         if not self.terms or set(self.terms) - set(_TERMS) or numbers.shape != (1 + size, size):
@@ -119,6 +123,11 @@ class Calibration:
     anyway: bool
     commit: str
     models: tuple[Model, ...]
+
+    def __post_init__(self) -> None:
+        """Check the names; raises `ValueError`."""
+        if not all(isinstance(one, str) for one in (self.suite, self.suite_hash, self.commit)):
+            raise ValueError("suite, suite_hash or commit is no text")
 
 
 def calibrate(folder: Path, *, anyway: bool = False) -> Calibration:

@@ -120,7 +120,9 @@ def _probabilities(summary: Summary, found: list[Entry]) -> Iterator[dict[Any, s
 def _provenance(one: Entry) -> str:
     """What the probabilities were fitted to."""
     by = one["by"]
-    words = f"Fitted to {by['episodes']} pushes of the suite {by['suite']}, seed {by['seed']}"
+    words = (
+        f"Fitted to {by['episodes']} pushes of the suite {by['suite']}, seed {by['seed']}, commit {by['commit'][:12]}"
+    )
     words += f", with a ridge of {by['ridge']:g} since the slacks part some of them" if by["ridge"] else ""
     words += "; not a suite for tuning" if by["anyway"] else ""
     words += "; these very pushes, so that the score flatters" if by["same_suite"] else ""

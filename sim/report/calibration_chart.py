@@ -12,6 +12,8 @@ from sim.presenter.tables import Picture
 from sim.record.palette import TRACKER
 from sim.report.style import FAINT, INK, WIDTH, picture, share_axis
 
+_LOW = 0.1  # a share below this has no room under its dot
+
 
 def calibration_curve(summary: dict[str, Any], entry: dict[str, Any]) -> Picture:
     """What was recovered by what was told, in tenths of the probability.
@@ -37,7 +39,8 @@ def _draw(who: str, entry: dict[str, Any]) -> Figure:
         share, (low, high) = one["recovered"]["rate"], one["recovered"]["interval"]
         error = [[max(share - low, 0.0)], [max(high - share, 0.0)]]
         axes.errorbar(one["told"], share, yerr=error, fmt="o", color=TRACKER, markersize=4.5, linewidth=1.1)
-        axes.annotate(str(one["recovered"]["n"]), (one["told"], share), (5, -9), textcoords="offset points", fontsize=7)
+        beside = (5, -9 if share > _LOW else 4)
+        axes.annotate(str(one["recovered"]["n"]), (one["told"], share), beside, textcoords="offset points", fontsize=7)
     axes.set_xlim(-0.02, 1.06)
     axes.set_ylim(-0.04, 1.04)
     share_axis(axes)
