@@ -126,7 +126,13 @@ def _provenance(one: Entry) -> str:
     words += f", with a ridge of {by['ridge']:g} since the slacks part some of them" if by["ridge"] else ""
     words += "; not a suite for tuning" if by["anyway"] else ""
     words += "; these very pushes, so that the score flatters" if by["same_suite"] else ""
-    return f"{words}. {one['without']} pushes have no slack to go by." if one["without"] else f"{words}."
+    words += f". Without a slack to go by: {one['without']}" if one["without"] else ""
+    low, high = one["expected"]["interval"]
+    if not low <= one["recovered"]["count"] <= high:
+        words += (
+            f". {one['controller']}, {one['world']}: what was recovered is not what was expected; do not trust it here"
+        )
+    return f"{words}."
 
 
 def _confusion(found: Entry) -> list[dict[str | tuple[str, str], str]]:

@@ -312,6 +312,13 @@ def test_commands_fit_tell_and_show(tmp_path: Path, capsys: pytest.CaptureFixtur
         assert words in page
     write_report(held_out, tmp_path / "plain.html", failures=0)
     assert "Brier" not in (tmp_path / "plain.html").read_text(encoding="utf-8")
+    assert "do not trust it" not in page
+    # Far more sure than the law that made the table.
+    file.write_text(as_text(of(simple(level=3.0))))
+    capsys.readouterr()
+    assert call("summary", held_out, "--calibration", file) == 0
+    assert "do not trust it" in " ".join(capsys.readouterr().out.split())
+    call("calibrate", tuning, "--out", file, "--overwrite")
     (own,) = summary_of(tuning, file)["prediction_score"]["probability"]
     assert own["by"]["same_suite"]
 
