@@ -12,8 +12,7 @@ import pandas as pd
 import pyarrow as pa
 
 from models.errors import InputError, one_line
-from sim.analysis.frame import as_frame, distinct, load_rows, records, recovered
-from sim.analysis.summary import is_finished
+from sim.analysis.frame import as_frame, distinct, is_finished, load_rows, records, recovered
 from sim.analysis.thresholds import thresholds
 from sim.results.columns import LATER, PARAMETERS, RENAMED, SCHEMA
 from sim.results.table import read_sweep, write_bytes

@@ -92,6 +92,11 @@ def distinct(frame: pd.DataFrame, name: str) -> list[Any]:
     return [value for (value,), _ in groups(frame, [name])]
 
 
+def is_finished(frame: pd.DataFrame, sweep: Mapping[str, Any]) -> bool:
+    """Whether a sweep has run all that its suite asks for: only then does `sweep.json` know how many that were."""
+    return bool(sweep.get("finished") == len(frame))
+
+
 def varying(frame: pd.DataFrame, columns: Sequence[str] = CASE_COLUMNS) -> list[str]:
     """Those of the columns in which the rows differ, but for what a variant differs in by its own definition."""
     keys = frame[list(columns)].round(DIGITS)

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
+from scipy.stats import norm
 from statsmodels.discrete.discrete_model import Logit
 from statsmodels.tools import add_constant
 from statsmodels.tools.sm_exceptions import ConvergenceWarning
 
+from sim.analysis.calibration import Calibration, Model
 from sim.analysis.frame import crashed, groups, recovered
-from sim.analysis.statistics import rate, rate_of
+from sim.analysis.statistics import ALPHA, auc, brier, rate, rate_of
 
 Moment = Literal["end", "decision"]
 Rule = Literal["law", "regulator", "tracking"]
@@ -33,6 +35,8 @@ DENOMINATORS = {
 _BINS = 6  # at most, on either side of the boundary
 _PER_BIN = 8  # episodes that make a bin worth an interval
 _CENTIMETRES = 100.0
+_EVEN = 0.5
+_TENTHS = 10
 
 
 def sector(direction_deg: Any) -> Any:
@@ -82,12 +86,20 @@ def score(frame: pd.DataFrame, moment: Moment = "end", rule: Rule = "law") -> di
     }
 
 
-def prediction_score(frame: pd.DataFrame) -> dict[str, Any]:
+def prediction_score(
+    frame: pd.DataFrame, calibrations: Sequence[Calibration] = (), suite_hash: str | None = None
+) -> dict[str, Any]:
     """The section `prediction_score` of a summary.
 
     `false_safe`, `false_alarm` and the like hold a rate for each world, of all episodes whose controller lives by
     sets, each judged by all sets of its controller at the end of the push; `scores` holds the same by moment,
-    controller, set and sector; `regions` the recovery by where the state was; `slack` the recovery by signed slack.
+    controller, set and sector; `regions` the recovery by where the state was; `slack` the recovery by signed slack;
+    `probability` how the probabilities came true, of each model of the calibrations that has pushes here.
+
+    Args:
+        frame: the pushes.
+        calibrations: whose probabilities are scored.
+        suite_hash: of the pushes' suite, to tell whether a calibration was fitted to them.
     """
     known = frame[asked(frame)]
     worlds = {world: members for (world,), members in groups(known, ["world"])}
@@ -103,6 +115,69 @@ def prediction_score(frame: pd.DataFrame) -> dict[str, Any]:
         "scores": [entry for what, members in parts for entry in _scores(what, members)],
         "regions": [entry for what, members in parts for entry in _regions(what, members)],
         "slack": {world: by_slack(members) for world, members in worlds.items()},
+        "probability": [
+            {
+                "robot": model.robot,
+                "world": model.world,
+                "controller": model.controller,
+                "by": {
+                    "suite": one.suite,
+                    "seed": one.seed,
+                    "commit": one.commit,
+                    "anyway": one.anyway,
+                    "episodes": model.episodes,
+                    "ridge": model.ridge,
+                    "same_suite": one.suite_hash == suite_hash,
+                },
+                **found,
+            }
+            for one in calibrations
+            for model in one.models
+            if (found := probability_score(frame, model)) is not None
+        ],
+    }
+
+
+def probability_score(frame: pd.DataFrame, model: Model) -> dict[str, Any] | None:
+    """How the probabilities of a model came true; None if it gives no push one.
+
+    `brier` is beside `brier_base`, that of who knows only how many were recovered here; `expected` are so many
+    recoveries, with the interval that chance and the doubt in the coefficients leave; `bins` are tenths of the
+    probability, each with its mean and what was recovered; `false_safe` and `false_alarm` are as of a set, with what
+    has even odds or better being safe.
+    """
+    own = frame[model.is_of(frame)]
+    design, well = model.design(own), recovered(own).to_numpy(float)
+    known = np.isfinite(design).all(axis=1)
+    design, well = design[known], well[known]
+    if not len(well):
+        return None
+    told, count = model.probability(design), int(well.sum())
+    chance = told * (1.0 - told)
+    tilt = chance @ design
+    doubt = norm.ppf(1.0 - 0.5 * ALPHA) * np.sqrt(chance.sum() + tilt @ np.array(model.covariance) @ tilt)
+    ends = np.clip([told.sum() - doubt, told.sum() + doubt], 0.0, len(well))
+    safe = told >= _EVEN
+    tenth = np.minimum((told * _TENTHS).astype(int), _TENTHS - 1)
+    return {
+        "n": len(well),
+        "without": len(own) - len(well),
+        "recovered": rate(count, len(well)),
+        "expected": {"count": float(told.sum()), "interval": ends.tolist()},
+        "brier": brier(told, well),
+        "brier_base": brier(np.full(len(well), count / len(well)), well),
+        "auc": auc(told, well),
+        "bins": [
+            {
+                "low": each / _TENTHS,
+                "high": (each + 1) / _TENTHS,
+                "told": float(told[tenth == each].mean()),
+                "recovered": rate_of(well[tenth == each]),
+            }
+            for each in np.unique(tenth).tolist()
+        ],
+        "false_safe": rate_of(well[safe] < _EVEN),
+        "false_alarm": rate_of(well[~safe] > _EVEN),
     }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +12,14 @@ import numpy as np
 import pandas as pd
 
 from sim.analysis.ablation import ablation
+from sim.analysis.calibration import Calibration, calibrations_for
 from sim.analysis.endurance import endurance
 from sim.analysis.frame import (
     CASE_COLUMNS,
     distinct,
     each_push,
     groups,
+    is_finished,
     load_rows,
     recovered,
     reference_rows,
@@ -44,12 +46,7 @@ _PUSH = ("direction_deg", "delta_v")
 _NUMERIC = frozenset({*_PUSH, *CASE_COLUMNS}) - {"robot", "world", "whole_body", "variant", "body", "sensing"}
 
 
-def is_finished(frame: pd.DataFrame, sweep: dict[str, Any]) -> bool:
-    """Whether a sweep has run all that its suite asks for: only then does `sweep.json` know how many that were."""
-    return bool(sweep.get("finished") == len(frame))
-
-
-def summarise(frame: pd.DataFrame, sweep: dict[str, Any]) -> dict[str, Any]:
+def summarise(frame: pd.DataFrame, sweep: dict[str, Any], calibrations: Sequence[Calibration] = ()) -> dict[str, Any]:
     """All that is concluded from a sweep, of JSON types.
 
     Of a train, every push is an episode of `rates` and `prediction_score`. Of a suite with variants, all but `robust`,
@@ -61,6 +58,7 @@ def summarise(frame: pd.DataFrame, sweep: dict[str, Any]) -> dict[str, Any]:
     Args:
         frame: its episodes.
         sweep: what `sweep.json` says of it.
+        calibrations: that fit it, by which the probabilities of `prediction_score` are.
     """
     every, full = thresholds(frame), reference_rows(frame, sweep)
     first = next(iter(sweep.get("variants") or {}), None)
@@ -91,29 +89,40 @@ def summarise(frame: pd.DataFrame, sweep: dict[str, Any]) -> dict[str, Any]:
         "first": _first(full, sweep.get("first")),
         "endurance": endurance(full),
         "rates": list(_rates(pushes)),
-        "prediction_score": prediction_score(reference_rows(pushes, sweep)),
+        "prediction_score": prediction_score(reference_rows(pushes, sweep), calibrations, sweep.get("suite_hash")),
         "sight": sight(frame),
         "motors": motor_use(full),
         "ablation": ablation(frame, sweep),
-        "by_robot": _by_robot(frame, sweep) if frame["robot"].nunique() > 1 else {},
+        "by_robot": _by_robot(frame, sweep, calibrations) if frame["robot"].nunique() > 1 else {},
     }
     # As a reader of the file will see it: tuples are lists, and nothing is infinite.
     result: dict[str, Any] = json.loads(json.dumps(summary, allow_nan=False))
     return result
 
 
-def _by_robot(frame: pd.DataFrame, sweep: dict[str, Any]) -> dict[str, dict[str, Any]]:
+def _by_robot(
+    frame: pd.DataFrame, sweep: dict[str, Any], calibrations: Sequence[Calibration]
+) -> dict[str, dict[str, Any]]:
     """A summary of each robot alone, which is finished if the sweep is."""
     done = is_finished(frame, sweep)
     return {
-        robot: summarise(members, sweep | {"planned": None, "finished": len(members) if done else 0})
+        robot: summarise(members, sweep | {"planned": None, "finished": len(members) if done else 0}, calibrations)
         for (robot,), members in groups(frame, ["robot"])
     }
 
 
-def summary_of(folder: Path) -> dict[str, Any]:
-    """The summary of a sweep's folder; raises `ResultsError` if it cannot be read."""
-    return summarise(load_rows(folder), read_sweep(folder))
+def summary_of(folder: Path, calibration: Path | None = None) -> dict[str, Any]:
+    """The summary of a sweep's folder.
+
+    Args:
+        folder: of the sweep.
+        calibration: file of one; None for those of the checkout that fit.
+
+    Raises:
+        InputError: if the folder or the file cannot be read, or they do not go together.
+    """
+    rows, sweep = load_rows(folder), read_sweep(folder)
+    return summarise(rows, sweep, calibrations_for(sweep, calibration))
 
 
 def write_summary(folder: Path, made: dict[str, Any] | None = None) -> dict[str, Any]:

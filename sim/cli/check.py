@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from sim.cli.report import CalibrationOption
+
 if TYPE_CHECKING:
     from sim.analysis.baseline import Baseline
     from sim.analysis.check import Comparison
@@ -74,15 +76,20 @@ def episodes(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
     fell: Annotated[bool, typer.Option("--fell", help="Only those that were not recovered.")] = False,
     controller: Annotated[str | None, typer.Option(metavar="NAME", help="Only this controller's.")] = None,
+    calibration: CalibrationOption = None,
     as_json: _Json = False,
 ) -> None:
     """List the episodes of a sweep with their names, what was asked, how they ended, and how to see them again."""
     from models.errors import InputError
+    from sim.analysis.calibration import calibrations_for, probabilities
     from sim.analysis.frame import load_rows, records
     from sim.presenter.episode_section import episode_section
     from sim.presenter.render import print_sections
+    from sim.results.table import read_sweep
 
-    rows: list[dict[str, Any]] = records(load_rows(folder))
+    table = load_rows(folder)
+    told = probabilities(table, calibrations_for(read_sweep(folder), calibration))
+    rows: list[dict[str, Any]] = records(table.assign(probability=told))
     names = list(dict.fromkeys(row["controller"] for row in rows))
     if controller is not None and controller not in names:
         raise InputError(

@@ -1,4 +1,4 @@
-"""The command line of what is concluded from a sweep: summary, report, envelope, baseline."""
+"""The command line of what is concluded from a sweep: summary, report, calibrate, envelope, baseline."""
 
 from __future__ import annotations
 
@@ -16,6 +16,15 @@ from sim.cli.numbers import whole
 # What takes long to import (statistics, pictures) is imported by the command that needs it.
 
 _Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
+CalibrationOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Of 'okiagari calibrate': gives each push a probability.",
+        show_default="baselines/calibration-ROBOT.json of the checkout, if it fits",
+    ),
+]
+"""Which calibration gives the probabilities."""
 
 
 def register(app: typer.Typer) -> None:
@@ -29,6 +38,9 @@ def register(app: typer.Typer) -> None:
     okiagari report out/sweep-smoke --baseline baselines/smoke.json --failures 0
     """
     )(report)
+    app.command(epilog="Example: okiagari calibrate out/sweep-calibration --out baselines/calibration-utmu2.json")(
+        calibrate
+    )
     app.command(epilog="Example: okiagari envelope out/sweep-trunk_push --out docs/envelope.png")(envelope)
     app.command(epilog="Example: okiagari baseline out/sweep-smoke --out baselines/smoke.json")(baseline)
 
@@ -39,14 +51,18 @@ def tell_unfinished(episodes: int, sweep: Mapping[str, Any]) -> None:
         print(f"okiagari: not finished: {episodes} of {sweep.get('planned')} episodes", file=sys.stderr)
 
 
-def summary(folder: _Folder, as_json: Annotated[bool, typer.Option("--json", help="For machines.")] = False) -> None:
+def summary(
+    folder: _Folder,
+    calibration: CalibrationOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="For machines.")] = False,
+) -> None:
     """Print thresholds, rates and the score of the prediction, and write them to DIR/summary.json."""
-    from sim.analysis.summary import SUMMARY, write_summary
+    from sim.analysis.summary import SUMMARY, summary_of, write_summary
     from sim.presenter.render import print_sections
     from sim.presenter.sections import sections
     from sim.results.table import read_sweep
 
-    made = write_summary(folder)
+    made = write_summary(folder, summary_of(folder, calibration))
     if as_json:
         print((folder / SUMMARY).read_text(encoding="utf-8"), end="")
         return
@@ -58,6 +74,7 @@ def summary(folder: _Folder, as_json: Annotated[bool, typer.Option("--json", hel
 def report(
     folder: _Folder,
     baseline: Annotated[Path | None, typer.Option(metavar="FILE", help="Baseline to compare with.")] = None,
+    calibration: CalibrationOption = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Page to write.", show_default="DIR/report.html")
     ] = None,
@@ -66,13 +83,13 @@ def report(
     ] = 4,
 ) -> None:
     """Write one page, complete in itself, that says what was run and what came of it."""
-    from sim.analysis.summary import write_summary
+    from sim.analysis.summary import summary_of, write_summary
     from sim.report.report import REPORT, write_report
 
     path = out if out is not None else folder / REPORT
     with Console(stderr=True).status("writing the report"):
-        write_report(folder, path, baseline=baseline, failures=failures)
-    write_summary(folder)
+        write_report(folder, path, baseline=baseline, failures=failures, calibration=calibration)
+    write_summary(folder, summary_of(folder, calibration))
     print(path)
 
 
@@ -100,6 +117,28 @@ def envelope(
     print(path, file=sys.stderr)
 
 
+def calibrate(
+    folder: _Folder,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write.")],
+    anyway: Annotated[
+        bool, typer.Option("--anyway", help="Of a suite that is held out, or has a seed below 1000, too.")
+    ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file if there is one.")] = False,
+) -> None:
+    """Fit how likely recovery is by the slacks at the end of a push, and write it to a small text file."""
+    from sim.analysis.calibration import as_text
+    from sim.analysis.calibration import calibrate as fit
+    from sim.presenter.prediction_section import model_words
+    from sim.results.out_file import write_file
+
+    _check_new(out, overwrite=overwrite)
+    made = fit(folder, anyway=anyway)
+    write_file(as_text(made).encode(), out, "--out")
+    for model in made.models:
+        print(model_words(model))
+    print(out)
+
+
 def baseline(
     folder: _Folder,
     out: Annotated[
@@ -110,12 +149,18 @@ def baseline(
     """Write the outcomes of a sweep to a small text file, to be reviewed and committed."""
     from sim.analysis.baseline import of_sweep, write_baseline
     from sim.record.places import real_path
-    from sim.results.out_file import check_file
 
     made = of_sweep(folder)
     path = out if out is not None else Path("baselines") / f"{made.suite}.json"
+    _check_new(path, overwrite=overwrite)
+    write_baseline(made, real_path(path, "--out"))
+    print(path)
+
+
+def _check_new(path: Path, *, overwrite: bool) -> None:
+    """Refuse what cannot be written, or would replace a file unasked; raises `InputError`."""
+    from sim.results.out_file import check_file
+
     check_file(path, "--out")
     if path.exists() and not overwrite:
         raise InputError(f"--out: {str(path)!r} is there already; name another file or pass --overwrite")
-    write_baseline(made, real_path(path, "--out"))
-    print(path)

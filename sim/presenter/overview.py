@@ -51,6 +51,10 @@ def _cards(summary: Summary) -> Iterator[tuple[str, str]]:
             of = ", ".join(filter(None, (who, case_words(entry.get("case")))))
             yield median_words(entry["pushes_survived"]), f"pushes survived by the {of}, median and its 95 % interval"
     score = summary["prediction_score"]
+    for entry in score["probability"]:
+        whose = f"{label(summary, entry['controller'])}, {entry['world']}"
+        better = f"who knows only the share recovered has {entry['brier_base']:.3f}, a perfect prophet 0"
+        yield f"{entry['brier']:.3f}", f"Brier score of the probability of recovery, {whose}: {better}"
     for world, safe in score["false_safe"].items():
         alarm = score["false_alarm"][world]
         lost = f"{fraction(safe)} that their controller's sets called safe were lost"

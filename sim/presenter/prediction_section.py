@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 from sim.presenter.formatting import degrees, fraction, percent
 from sim.presenter.tables import Section, Table
 from sim.presenter.who import Entry, Summary, label
+
+if TYPE_CHECKING:
+    from sim.analysis.calibration import Model
 
 _RATES = {
     "false_safe": "false safe, of predicted safe",
@@ -17,6 +22,10 @@ _RATES = {
 _MOMENTS = {"end": "end of the push", "decision": "decision"}
 _SETS = {"law": "all its sets", "regulator": "regulator's set", "tracking": "tracking sets"}
 _REGIONS = {"regulator": "the regulator's set", "tracking": "a tracking set only", "outside": "none of its sets"}
+_TOLD = (
+    "The probability of recovery goes by the slacks at the end of the push; its law was fitted to other pushes unless "
+    "it is said below. A yes or no is told by the sets alone. "
+)
 
 _MOST = 20.0
 """Logarithm of odds up to which they are told."""
@@ -51,12 +60,13 @@ def prediction_section(summary: Summary) -> Section | None:
         key="prediction",
         heading="Prediction score: did the sets predict the outcome?",
         text=(
-            "At the end of a push the state is predicted safe if it lies in a maximal output admissible set of its "
-            "controller: in the regulator's set, or in a tracking set if it steps. A humanoid's tracking sets are "
-            "asked for slower feet and grown by a margin, both fitted to pushes that no suite uses; the "
-            "pendulum's are asked as they are. Then the body does what it does."
+            f"{_TOLD if found['probability'] else ''}At the end of a push the state is predicted safe if it lies in a "
+            "maximal output admissible set of its controller: in the regulator's set, or in a tracking set if it "
+            "steps. A humanoid's tracking sets are asked for slower feet and grown by a margin, both fitted to pushes "
+            "that no suite uses; the pendulum's are asked as they are. Then the body does what it does."
         ),
         tables=(
+            *_probability_table(summary, found["probability"]),
             Table(title="Prediction at the end of the push, and what came of it", rows=tuple(_confusion(found))),
             Table(title="Rates of the prediction, with 95 % intervals", rows=tuple(rates)),
             Table(title="Recovery by where the state was", rows=tuple(regions), shown="page"),
@@ -66,6 +76,63 @@ def prediction_section(summary: Summary) -> Section | None:
             _slack_words(world, section["logistic"]) for world, section in found["slack"].items() if section["logistic"]
         ),
     )
+
+
+def model_words(model: Model) -> str:
+    """What a model was fitted to, and came to, in a line."""
+    parts = zip(model.terms, model.coefficients[1:], model.covariance[1:], range(1, 3), strict=False)
+    slopes = (f"{value:+.3f} ± {math.sqrt(row[at]):.3f} per cm of slack of {term}" for term, value, row, at in parts)
+    ridge = f"; a ridge of {model.ridge:g} holds what the slacks part" if model.ridge else ""
+    return (
+        f"{model.controller} on {model.robot}, {model.world}: {model.recovered} of {model.episodes} recovered; "
+        f"log odds {model.coefficients[0]:+.2f} ± {math.sqrt(model.covariance[0][0]):.2f}, {', '.join(slopes)}{ridge}"
+    )
+
+
+def _probability_table(summary: Summary, found: list[Entry]) -> list[Table]:
+    if not found:
+        return []
+    title = "Probability of recovery from the slacks, and what came of it"
+    notes = tuple(dict.fromkeys(_provenance(one) for one in found))
+    return [Table(title=title, rows=tuple(_probabilities(summary, found)), notes=notes)]
+
+
+def _probabilities(summary: Summary, found: list[Entry]) -> Iterator[dict[Any, str]]:
+    for one in found:
+        low, high = one["expected"]["interval"]
+        area = one["auc"]
+        yield {
+            "controller": label(summary, one["controller"]),
+            "world": one["world"],
+            "pushes": str(one["n"]),
+            ("recovered", "expected [95 %]"): f"{one['expected']['count']:.0f} [{low:.0f}, {high:.0f}]",
+            ("recovered", "observed"): str(one["recovered"]["count"]),
+            ("Brier score", "told"): f"{one['brier']:.3f}",
+            ("Brier score", "base rate"): f"{one['brier_base']:.3f}",
+            "AUC [95 %]": "–"
+            if area is None
+            else f"{area['value']:.2f} [{', '.join(f'{x:.2f}' for x in area['interval'])}]",
+            ("p = 0.5", "false safe"): fraction(one["false_safe"]),
+            ("p = 0.5", "false alarm"): fraction(one["false_alarm"]),
+        }
+
+
+def _provenance(one: Entry) -> str:
+    """What the probabilities were fitted to."""
+    by = one["by"]
+    words = (
+        f"Fitted to {by['episodes']} pushes of the suite {by['suite']}, seed {by['seed']}, commit {by['commit'][:12]}"
+    )
+    words += f", with a ridge of {by['ridge']:g} since the slacks part some of them" if by["ridge"] else ""
+    words += "; not a suite for tuning" if by["anyway"] else ""
+    words += "; these very pushes, so that the score flatters" if by["same_suite"] else ""
+    words += f". Without a slack to go by: {one['without']}" if one["without"] else ""
+    low, high = one["expected"]["interval"]
+    if not low <= one["recovered"]["count"] <= high:
+        words += (
+            f". {one['controller']}, {one['world']}: what was recovered is not what was expected; do not trust it here"
+        )
+    return f"{words}."
 
 
 def _confusion(found: Entry) -> list[dict[str | tuple[str, str], str]]:

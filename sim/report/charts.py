@@ -107,7 +107,7 @@ def curves(summary: dict[str, Any]) -> Curves:
     for entry in summary["rates"]:
         if list(entry["by"]) == ["controller", "direction_deg", "delta_v"]:
             key = entry["by"]["controller"], entry["by"]["direction_deg"]
-            levels.setdefault(key, []).append(entry["by"]["delta_v"])
+            levels.setdefault(key, []).append(sum(_span(entry["by"]["delta_v"])) / 2)
     ladder = sorted({level for own in levels.values() for level in own}) if summary["robust"] else []
     if not ladder or any(own != ladder[: len(own)] for own in levels.values()):
         return found

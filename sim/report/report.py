@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from scenarios.suite_catalogue import shipped as shipped_suites
 from sim.analysis.baseline import of_sweep, read_baseline
+from sim.analysis.calibration import calibrations_for
 from sim.analysis.check import Comparison, compare, describe, replay_command
 from sim.analysis.frame import each_push, load_rows, recovered, reference_rows
 from sim.analysis.summary import summarise
@@ -22,6 +23,7 @@ from sim.presenter.tables import Picture, Section, Table
 from sim.presenter.threshold_section import FEW, cases
 from sim.presenter.who import label, main_controller
 from sim.report.ablation_chart import ablation_picture
+from sim.report.calibration_chart import calibration_curve
 from sim.report.charts import heat_maps, rate_curves, slack_plot
 from sim.report.endurance_chart import survival_curves
 from sim.report.envelope import envelopes
@@ -33,7 +35,9 @@ REPORT = "report.html"
 _TEMPLATE = "template.html"
 
 
-def write_report(folder: Path, path: Path, *, baseline: Path | None = None, failures: int = 4) -> None:
+def write_report(
+    folder: Path, path: Path, *, baseline: Path | None = None, failures: int = 4, calibration: Path | None = None
+) -> None:
     """Write the report of a sweep's folder.
 
     Args:
@@ -41,14 +45,17 @@ def write_report(folder: Path, path: Path, *, baseline: Path | None = None, fail
         path: file to write.
         baseline: file to compare with.
         failures: how many failures to run again and film.
+        calibration: file of one; None for those of the checkout that fit.
 
     Raises:
-        InputError: if the folder or the baseline cannot be read, they cannot be compared, or the file not be written.
+        InputError: if the folder, the baseline or the calibration cannot be read, they cannot be compared, or the
+            file not be written.
     """
     check_file(path, "--out")
     comparison = None if baseline is None else compare(read_baseline(baseline), of_sweep(folder))
     rows, sweep = load_rows(folder), read_sweep(folder)
-    summary, pushes = summarise(rows, sweep), reference_rows(each_push(rows), sweep)
+    summary = summarise(rows, sweep, calibrations_for(sweep, calibration))
+    pushes = reference_rows(each_push(rows), sweep)
     own = pushes[pushes["controller"] == main_controller(summary)]
     worst = worst_failures(own, failures)
     suite = folder / SUITE
@@ -103,7 +110,8 @@ def _pictures(summary: dict[str, Any], pushes: pd.DataFrame) -> dict[str, list[P
         "recovered": [*heat_maps(summary), rate_curves(summary)],
         "prediction": [
             slack_plot(world, pushes[pushes["world"] == world], part) for world, part in slack.items() if part["n"]
-        ],
+        ]
+        + [calibration_curve(summary, one) for one in summary["prediction_score"]["probability"]],
     }
 
 
