@@ -16,8 +16,8 @@ SETTLING = 1.0
 # A state that is only extrapolated to leave the regulator's set must be this far outside [m of ZMP]: a weaker push is
 # over before it gets there.
 SURE = 0.04
-# Share by which the rate of the DCM follows its differences at each tick, at most: less where they jump from tick to tick,
-# as only noise does, so that what noise leaves of the rate stays below a certain speed.
+# Share by which the rate of the DCM follows its differences at each tick, at most; less where they jump from tick to
+# tick, as only noise does, so that what noise leaves of the rate stays below a certain speed.
 RATE_FILTER = 0.3
 # Jump of the differences, RMS, from which on the share is less [m/s], and the share by which that is averaged.
 JUMP, JUMP_FILTER = 1.2, 0.02
