@@ -101,15 +101,22 @@ def envelope(
     ] = None,
     case: Annotated[str | None, typer.Option(metavar="WORDS", help="Which case, if the suite has several.")] = None,
 ) -> None:
-    """Draw the robust thresholds around the robot, and print them as a table in Markdown."""
+    """Draw the robust thresholds around the robot, and print them as a table in Markdown.
+
+    Of several cases, robots for instance, --case draws one; without it and --out, one table of all is printed.
+    """
     from sim.analysis.summary import summary_of, write_summary
     from sim.presenter.render import markdown
-    from sim.presenter.threshold_section import envelope_table
+    from sim.presenter.threshold_section import cases, cases_table, envelope_table
     from sim.report.envelope import ENVELOPE, chosen_case, write_envelope
     from sim.results.table import read_sweep
 
     path = out if out is not None else folder / ENVELOPE
     summary = summary_of(folder)
+    if case is None and out is None and len(cases(summary)) > 1:
+        print(markdown(cases_table(write_summary(folder, summary))))
+        tell_unfinished(summary["episodes"], read_sweep(folder))
+        return
     shown = chosen_case(summary, case)
     write_envelope(summary, shown, path)
     print(markdown(envelope_table(write_summary(folder, summary), shown)))

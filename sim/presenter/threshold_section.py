@@ -148,6 +148,28 @@ def envelope_table(summary: Summary, case: Entry) -> Table:
     return Table(title="Robust recoverable push", rows=tuple(rows), strong="mean", notes=notes)
 
 
+def cases_table(summary: Summary) -> Table:
+    """The thresholds of all cases in units of omega d: a row for each of them and each controller, a column a direction.
+
+    Beside each stands the largest push that was ever recovered, where it is another one.
+    """
+    ways = sorted({entry["direction_deg"] for entry in summary["robust"]})
+    rows = []
+    for case in cases(summary):
+        for name, own in by_controller(summary, _of_case(summary["robust"], case)).items():
+            row = {"case": case_words(case), "Δv/(ωd), robust (ever)": label(summary, name)}
+            for way in ways:
+                one = next((entry for entry in own if entry["direction_deg"] == way), None)
+                row[degrees(way)] = MISSING if one is None else _with_ever(one)
+            rows.append(row)
+    return Table(title="Robust recoverable push", rows=tuple(rows))
+
+
+def _with_ever(one: Entry) -> str:
+    told = fixed(one["over_omega_d"], capped=one["capped"])
+    return told if one["ever"] == one["delta_v"] else f"{told} ({fixed(one['ever_over_omega_d'])})"
+
+
 def _hole_table(summary: Summary) -> Table:
     holes = summary["holes"]
     which = f"the first {_HOLES} of {len(holes)}" if len(holes) > _HOLES else "all of them"
