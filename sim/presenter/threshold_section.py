@@ -149,7 +149,7 @@ def envelope_table(summary: Summary, case: Entry) -> Table:
 
 
 def cases_table(summary: Summary) -> Table:
-    """The thresholds of all cases in units of omega d: a row for each of them and each controller, a column a direction.
+    """The thresholds of all cases in units of omega d: a row for each and each controller, a column a direction.
 
     Beside each stands the largest push that was ever recovered, where it is another one.
     """
