@@ -33,7 +33,7 @@ def assert_refused(path: Path, words: str) -> None:
 
 def test_suites_that_ship() -> None:
     tuned_by = {"ablation", "calibration"}
-    reported = {"trunk_push", "cog_push", "smoke", "disturbed", "truth", "endurance", "second_push", "robots"}
+    reported = {"trunk_push", "cog_push", "smoke", "disturbed", "truth", "endurance", "second_push", "robots", "senses"}
     assert set(shipped()) == reported | tuned_by
     for name in reported:
         loaded = load_suite(name)
