@@ -26,6 +26,8 @@ ASTRAY = 0.02
 QUIET, QUIET_FOR = 0.012, 0.3
 # The foot is lifted when the DCM is this far inside the other sole [m].
 SAFE_TO_LIFT = 0.012
+# Soles narrower than so many times that are too narrow to stand on one.
+NARROW = 4.0
 # The COG is led over the stance foot at this speed [m/s]; the step takes so long [s], or longer at this mean speed.
 LEAD_SPEED = 0.15
 SHORTEST, FOOT_SPEED = 0.3, 0.6
@@ -74,7 +76,8 @@ def closing_step(
 ) -> Restoration | None:
     """The step that brings the feet to their natural distance.
 
-    None if they are near it, or so far apart that a leg would not reach while the COG is over the foot that stays.
+    None if they are near it, so far apart that a leg would not reach while the COG is over the foot that stays, or if
+    the soles are too narrow for a DCM that sways to stay well inside of one.
 
     Args:
         feet: (2,) where they stand [m].
@@ -89,6 +92,8 @@ def closing_step(
     place = heading.local(feet[side], feet[stays])
     astray = math.hypot(*(place - natural))
     scale = robot.scale
+    if robot.sole_width < NARROW * SAFE_TO_LIFT * scale.length:
+        return None
     if astray < ASTRAY * scale.length or math.hypot(*(place - 0.5 * natural)) > robot.hip_reach:
         return None
     return Restoration(

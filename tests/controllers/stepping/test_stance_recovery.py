@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -65,6 +67,14 @@ def test_the_other_foot_closes_up_beside_the_one_that_stays(robot: Robot) -> Non
 def test_feet_that_stand_well_or_out_of_reach_stay(ahead: float, robot: Robot) -> None:
     contacts = staggered(robot, ahead)
     assert closing_step(contacts.positions, "left", contacts.heading, robot, 0.0, DT) is None
+
+
+def test_soles_too_narrow_to_stand_on_one_stay(robot: Robot) -> None:
+    contacts = staggered(robot, 0.06)
+    assert closing_step(contacts.positions, "left", contacts.heading, robot, 0.0, DT) is not None
+    outline = {side: corners * [1.0, 0.6] for side, corners in robot.sole_vertices.items()}
+    narrow = dataclasses.replace(robot, sole_vertices=outline)
+    assert closing_step(contacts.positions, "left", contacts.heading, narrow, 0.0, DT) is None
 
 
 def test_it_is_led_up_to_once_it_was_quiet_for_long_enough(robot: Robot) -> None:
