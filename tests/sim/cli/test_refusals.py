@@ -45,7 +45,10 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 REFUSED = {
-    "misspelt suite": ("sweep trunk_pus", "suite: 'trunk_pus' is neither one of ablation, calibration, cog_push|'trunk_push'?"),
+    "misspelt suite": (
+        "sweep trunk_pus",
+        "'trunk_pus' is neither one of ablation, calibration, cog_push|'trunk_push'?",
+    ),
     "scenario as suite": ("sweep quiet", "suite: 'quiet' is a scenario: okiagari run quiet"),
     "suite as scenario": ("run smoke", "scenario: 'smoke' is a suite: okiagari sweep smoke"),
     "missing suite": ("sweep gone.toml", "suite: no file 'gone.toml'"),
