@@ -242,7 +242,7 @@ def test_the_document_names_every_option_and_term() -> None:
 
 
 def test_the_document_s_own_controller_is_shown(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (code,) = re.findall(r"```python\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)
+    code = re.findall(r"```python\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)[0]
     (here / "linear.py").write_text(code)
     np.savetxt(here / "gains.txt", np.zeros((COUNT, 3)))
     (here / "own.toml").write_text(

@@ -87,8 +87,12 @@ def test_one_of_several_cases_is_chosen(tmp_path: Path, capsys: pytest.CaptureFi
 
     rows = adaptive(law) + adaptive(weaker, world="pendulum")
     folder = folder_of(tmp_path / "sweep", rows)
+    assert call("envelope", folder) == 0
+    table = capsys.readouterr().out
+    assert "| world humanoid | supervisor | 2.50 |" in table
+    assert "| world pendulum | supervisor | 1.00 |" in table
     with pytest.raises(InputError, match="choose one of 'world humanoid', 'world pendulum'"):
-        call("envelope", folder)
+        call("envelope", folder, "--out", tmp_path / "one.png")
     assert call("envelope", folder, "--case", "world pendulum") == 0
     assert "| supervisor | 1.00 |" in capsys.readouterr().out
 
