@@ -208,10 +208,11 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
     resistance, constant, volts = motor[by_joint, 0], motor[by_joint, 1], motor[by_joint, 7]
     torque = np.minimum(constant * volts / resistance, model.actuator_forcerange[by_joint, 1])
     speed = volts / constant
-    leg_length, hip_height = _leg(model, data)
-    swinging = swinging_hinges(model, data, _leg_hinges(model), "left_sole")
+    hinges = _leg_hinges(model)
+    leg_length, hip_height = _leg(model, data, hinges)
+    swinging = swinging_hinges(model, data, hinges, "left_sole")
     legs = {body for side in SIDES for body in leg_chain(model, side)}
-    ankle_height = float(data.xanchor[_leg_hinges(model)[-1]][2] - data.site("left_sole").xpos[2])
+    ankle_height = float(data.xanchor[hinges[-1]][2] - data.site("left_sole").xpos[2])
     bent = hip_height - ankle_height
     straight = leg_length - ankle_height
     return Robot(
@@ -238,7 +239,7 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
         leg_length=leg_length,
         swing_time=max(math.sqrt(inertia_about(model, data, j) / torque[j - 1]) for j in swinging),
         swing_speed=leg_length * min(float(speed[j - 1]) for j in swinging),
-        widest=_widest(model, data, bent),
+        widest=_widest(model, data, hinges, bent),
         hip_reach=math.sqrt(max(straight**2 - bent**2, 0.0)),
         imu=_frozen(_imu(model)),
     )
@@ -262,17 +263,17 @@ def _stance(data: mujoco.MjData, side: str) -> tuple[float, float, float]:
     return float(site.xpos[0]), float(site.xpos[1]), float(math.atan2(site.xmat[3], site.xmat[0]))
 
 
-def _widest(model: mujoco.MjModel, data: mujoco.MjData, hip_height: float) -> float:
+def _widest(model: mujoco.MjModel, data: mujoco.MjData, hinges: list[int], hip_height: float) -> float:
     """Between the soles, as far as the rolls of hip and ankle allow [m]."""
-    hinges, foot, trunk = _leg_hinges(model), data.site("left_sole").xpos[1], data.xpos[model.body(TRUNK).id][1]
+    foot, trunk = data.site("left_sole").xpos[1], data.xpos[model.body(TRUNK).id][1]
     hip = data.xanchor[hinges[0]][1]
     lean = math.atan2(foot - hip, hip_height) + outward_roll(model, data, hinges)
     return max(float(2 * (hip - trunk + hip_height * math.tan(min(lean, _STEEPEST)))), 2 * float(foot - trunk))
 
 
-def _leg(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[float, float]:
+def _leg(model: mujoco.MjModel, data: mujoco.MjData, hinges: list[int]) -> tuple[float, float]:
     """Length of a straight leg down to the sole, and the hip's height now [m]."""
-    hinges, foot, site = _leg_hinges(model), leg_chain(model, "left")[0], model.site("left_sole")
+    foot, site = leg_chain(model, "left")[0], model.site("left_sole")
     ankle = model.jnt_pos[hinges[-1]]
     if model.jnt_bodyid[hinges[-1]] != foot:  # the sole is of a body that is fixed to the one that the ankle turns
         still = mujoco.MjData(model)

@@ -173,14 +173,10 @@ def _check_gain(scenario: Scenario, robot: Robot, source: str) -> None:
             # Solvers and hulls are long to import, and reading a scenario does without.
             from controllers.admissible.gilbert_tan import MoaError
             from controllers.admissible.moa import regulator_set
-            from controllers.geometry.support_polygon import Foot, support_polygon
+            from controllers.geometry.support_polygon import standing_feet, support_polygon
 
-            feet = [
-                Foot(position=np.array([x, y]), yaw=yaw, sole=robot.sole_vertices[side])
-                for side, (x, y, yaw) in robot.sole_stance.items()
-            ]
             try:
-                regulator_set(pendulum, gain, support_polygon(feet))
+                regulator_set(pendulum, gain, support_polygon([*standing_feet(robot).values()]))
             except MoaError as error:
                 raise InputError(f"{source}: gain: {error}") from None
     except GainError as error:

@@ -10,13 +10,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.estimation.contact import ContactNoise, SoleContact
+from controllers.estimation.contact import SoleContact
 from controllers.estimation.invariant_filter import InvariantFilter, Noise
 from controllers.estimation.joint_filter import JointFilter
 from controllers.estimation.look_ahead import BodyState, Held, NominalBody, acceleration_of, extrapolated
 from controllers.estimation.options import EkfOptions
 from controllers.estimation.push_observer import PushObserver
-from controllers.estimation.rotation import cross, from_quaternion, to_quaternion
+from controllers.geometry.rotation import cross, from_quaternion, to_quaternion
 from controllers.interface import FootState, JointTargets, Observation
 from controllers.senses import Reading
 from controllers.whole_body.measured_body import MeasuredBody
@@ -67,18 +67,7 @@ class InvariantEkf:
             accelerometer_drift=options.accelerometer_drift,
         )
         self._filter = InvariantFilter(noise, robot.gravity)
-        contact = ContactNoise(
-            load=self._load,
-            full_load=options.full_load * weight,
-            speed=options.contact_speed,
-            edge_speed=options.edge_speed,
-            outlier=options.outlier,
-            edge=options.edge,
-            height=options.contact_height,
-            tilt=options.sole_tilt,
-            flat=options.flat,
-        )
-        self._contact = SoleContact(contact, robot.sole_vertices["left"], robot.imu)
+        self._contact = SoleContact(options, weight, robot.sole_vertices["left"], robot.imu)
         self._observer = PushObserver(robot, options.push_settling, options.push_threshold)
         self._sent: deque[tuple[float, JointTargets]] = deque()
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.estimation.rotation import skew, turn
+from controllers.geometry.rotation import skew, turn
 
 Array = NDArray[np.float64]
 

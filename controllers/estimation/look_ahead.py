@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.estimation.rotation import cross, from_quaternion, to_quaternion, turn
+from controllers.geometry.rotation import cross, from_quaternion, to_quaternion, turn
 from controllers.interface import JointTargets
 from models.robot import Side
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from controllers.geometry.planar import COLLINEAR, clipped, hull, nearest
 from models.errors import OkiagariError
+
+if TYPE_CHECKING:
+    from models.robot import Robot, Side
 
 # Corners closer than this [m] are one: less than `hull` leaves between any two.
 _SAME = 0.5 * COLLINEAR
@@ -197,6 +201,14 @@ class Foot:
     def moved(self, position: ArrayLike) -> Foot:
         """The same sole with the same heading at another `position` (2,) [m]."""
         return Foot(position=np.asarray(position, dtype=float), yaw=self.yaw, sole=self.sole)
+
+
+def standing_feet(robot: Robot) -> dict[Side, Foot]:
+    """The feet of a robot in its stand."""
+    return {
+        side: Foot(position=np.array([x, y]), yaw=yaw, sole=robot.sole_vertices[side])
+        for side, (x, y, yaw) in robot.sole_stance.items()
+    }
 
 
 def support_polygon(feet: Sequence[Foot]) -> SupportPolygon:

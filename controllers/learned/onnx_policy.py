@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from controllers.fields import File, NotNegative, Strict, Vector, conflict
+from controllers.geometry.rotation import from_quaternion
 from controllers.interface import JointTargets, Observation, Setting
 from controllers.learned.joint_values import JointValues, index_of, per_joint
 from controllers.learned.network import Network
@@ -169,7 +170,7 @@ class OnnxPolicy:
         self.last_input = self._vector.see(
             View(
                 observation=observation,
-                rotation=_rotation(observation.configuration[3:7]),
+                rotation=from_quaternion(observation.configuration[3:7]),
                 pose=self._pose,
                 command=self._command,
                 action=self.last_action,
@@ -188,15 +189,3 @@ class OnnxPolicy:
             stiffness=self._stiffness,
             damping=self._damping,
         )
-
-
-def _rotation(quaternion: Array) -> Array:
-    """(3, 3) rotation of a unit quaternion w x y z."""
-    w, x, y, z = quaternion.tolist()
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )

@@ -6,7 +6,6 @@ import hashlib
 import importlib.util
 import os
 import sys
-from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
@@ -42,12 +41,11 @@ def source_of(name: str) -> Path:
     return Path(next(iter(spec.submodule_search_locations))) / _MENAGERIE / KNOWN[name]
 
 
-def adopted(name: str, progress: Callable[[float], None] | None = None) -> Path:
-    """The file of a robot of `KNOWN`, adopted once and kept in the user's cache.
+def adopted(name: str) -> Path:
+    """The file of a robot of `KNOWN`, adopted once, which stderr is told, and kept in the user's cache.
 
     Args:
         name: a key of `KNOWN`.
-        progress: called with the share of the adoption that is done; None says on stderr that it takes a moment.
 
     Raises:
         InputError: if the extra is not installed, or the robot cannot be adopted.
@@ -56,10 +54,9 @@ def adopted(name: str, progress: Callable[[float], None] | None = None) -> Path:
     folder = _cache() / f"{name}-{_key(source)}"
     path = folder / f"{name}.xml"
     if not path.is_file():
-        if progress is None:
-            print(f"adopting the robot {name!r} into {folder}; once, some seconds", file=sys.stderr)
+        print(f"adopting the robot {name!r} into {folder}; once, some seconds", file=sys.stderr)
         try:
-            adopt(source, folder, hints=Hints(name=name), progress=progress or (lambda done: None))
+            adopt(source, folder, hints=Hints(name=name))
         except InputError:
             if not path.is_file():  # somebody else was quicker, and has written the same
                 raise

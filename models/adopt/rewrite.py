@@ -25,9 +25,8 @@ _LIMIT = math.pi
 """Range of a joint that has none in its file [rad]."""
 _VOLTS = 24.0
 """Of all motors: only torque and speed matter, which are stated at the joint."""
-_THICK = 0.1
-"""Thickness of a sole's box, as a share of its depth below the ankle, at most."""
-_THICKEST = 0.01
+_THICK, _THICKEST = 0.1, 0.01
+"""Half the thickness of a sole's box: a share of its depth below the ankle, and at most so much [m]."""
 _UNDER_FOOT = 0.02
 """What of a foot is this near to its lowest point [m] is in the sole's place."""
 _SHRUNK = 0.85
@@ -37,6 +36,8 @@ _BITS = {"left": (3, 4), "right": (5, 2), None: (1, 0)}
 _SEEN, _HIDDEN = 0, 3
 _SOLE_COLOUR = (0.2, 0.4, 0.7, 1.0)
 _PLAIN_COLOUR = (0.80, 0.80, 0.82, 1.0)
+# What a geom of ours has whatever the defaults of the file are.
+_PLAIN = {"mass": 0.0, "margin": 0.0, "gap": 0.0, "priority": 0}
 # MuJoCo's code of the inputs "pos vel ff".
 _POS_VEL_FF = 1 | 2 | 4
 
@@ -200,10 +201,7 @@ def _add_capsule(body: mujoco.MjsBody, model: mujoco.MjModel, g: int, contype: i
         size=[_SHRUNK * radius, 0.0, 0.0],
         contype=contype,
         conaffinity=conaffinity,
-        mass=0.0,
-        margin=0.0,
-        gap=0.0,
-        priority=0,
+        **_PLAIN,
         group=_HIDDEN,
         rgba=_PLAIN_COLOUR,
     )
@@ -223,10 +221,7 @@ def _add_sole(source: Source, side: Side, sole: Sole) -> None:
         quat=quat,
         contype=contype,
         conaffinity=conaffinity,
-        mass=0.0,
-        margin=0.0,
-        gap=0.0,
-        priority=0,
+        **_PLAIN,
         group=_SEEN,
         rgba=_SOLE_COLOUR,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -63,10 +63,7 @@ def find_soles(source: Source) -> dict[Side, Sole]:
     if not np.allclose(found["left"].size, found["right"].size, atol=2e-3):
         text = {side: f"{100 * found[side].size[0]:.1f} x {100 * found[side].size[1]:.1f} cm" for side in SIDES}
         source.notes.append(f"the soles differ, left {text['left']}, right {text['right']}; both got the lesser sides")
-    return {
-        side: Sole(body=sole.body, centre=sole.centre, turn=sole.turn, size=size, depth=sole.depth)
-        for side, sole in found.items()
-    }
+    return {side: replace(sole, size=size) for side, sole in found.items()}
 
 
 def _toes_ahead(source: Source, sole: Sole) -> float:

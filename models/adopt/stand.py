@@ -24,6 +24,7 @@ _BETWEEN = 0.01
 _SOLVED = 2e-4
 """Cost of the least-squares problem at which a stand is one."""
 _STRAIGHTER = (0.87, 0.89, 0.91, 0.93, 0.95)
+"""Shares of a straight leg that are tried when the ranges of the joints allow no stand at the one that is asked for."""
 _LONGEST = 5.0
 """Of a straight leg [m]."""
 _DIGITS = 7
@@ -167,8 +168,8 @@ class _Problem:
     def _residual(self, v: Array) -> Array:
         self.put(v)
         data, rest, middles = self._source.data, [], []
-        for side, sign in (("left", 1.0), ("right", -1.0)):
-            place, frame = _place(data, self._soles["left" if side == "left" else "right"])
+        for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
+            place, frame = _place(data, self._soles[side])
             middles.append(place)
             rest += [10 * place[2], 10 * (place[1] - sign * self._width / 2), 3 * frame[2, 0], 3 * frame[2, 1]]
             rest.append(3 * frame[1, 0])

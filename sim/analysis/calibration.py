@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from models.errors import InputError
+from models.errors import InputError, one_line
 from sim.analysis.frame import crashed, each_push, groups, is_finished, load_rows, recovered, reference_rows
 from sim.analysis.statistics import fit_logistic, is_parted
 from sim.results.table import read_sweep
@@ -190,8 +190,9 @@ def read_calibration(path: Path) -> Calibration:
         )
         return Calibration(**content, models=models)
     except (KeyError, TypeError, ValueError) as error:
-        why = " ".join(str(error).split())
-        raise InputError(f"{path}: damaged calibration: {why}; make it anew with 'okiagari calibrate'") from None
+        raise InputError(
+            f"{path}: damaged calibration: {one_line(error)}; make it anew with 'okiagari calibrate'"
+        ) from None
 
 
 def calibrations_for(sweep: Mapping[str, Any], path: Path | None = None) -> list[Calibration]:
@@ -210,7 +211,7 @@ def calibrations_for(sweep: Mapping[str, Any], path: Path | None = None) -> list
         reasons = [_stranger(model, sweep) for model in one.models]
         models = tuple(model for model, why in zip(one.models, reasons, strict=True) if not why)
         if models:
-            fitting.append(Calibration(**vars(one) | {"models": models}))
+            fitting.append(replace(one, models=models))
         elif path is not None:
             raise InputError(
                 f"{path}: {reasons[0] if reasons else 'holds no model'}; make one of this robot and "

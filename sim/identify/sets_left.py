@@ -6,17 +6,14 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from controllers import gains
 from controllers.admissible.gilbert_tan import MoaError
 from controllers.admissible.limits import no_step_limit, recoverable_delta_v
 from controllers.admissible.moa import regulator_set
 from controllers.admissible.robust import EmptySetError, ZmpError
 from controllers.gains import Gain, GainError
-from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
+from controllers.geometry.support_polygon import SupportPolygon, standing_feet, support_polygon
 from controllers.pendulum import Pendulum
-from models.arena import SIDES
 from models.robot import Robot
 
 DIRECTIONS = tuple(range(0, 360, 45))
@@ -24,14 +21,7 @@ DIRECTIONS = tuple(range(0, 360, 45))
 
 def stand(robot: Robot) -> tuple[SupportPolygon, Any]:
     """The support polygon of a robot in its stand, and the (2,) middle of its feet [m]."""
-    feet = [
-        Foot(
-            position=np.array(robot.sole_stance[side][:2]),
-            yaw=robot.sole_stance[side][2],
-            sole=robot.sole_vertices[side],
-        )
-        for side in SIDES
-    ]
+    feet = [*standing_feet(robot).values()]
     return support_polygon(feet), 0.5 * (feet[0].position + feet[1].position)
 
 

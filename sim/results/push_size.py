@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.geometry.support_polygon import Foot, support_polygon
-from models.arena import SIDES
+from controllers.geometry.support_polygon import standing_feet, support_polygon
 from models.robot import Robot, load_robot
 from scenarios.push import Push
 
@@ -35,10 +34,7 @@ def _robot(name: str, changed: int) -> Robot:
 
 def edge_distance(robot: Robot, unit: Array) -> float:
     """From the middle of the feet in `stand` to the edge of their hull, horizontally along `unit` (2,) [m]."""
-    stance = robot.sole_stance
-    feet = [
-        Foot(position=np.array(stance[side][:2]), yaw=stance[side][2], sole=robot.sole_vertices[side]) for side in SIDES
-    ]
+    feet = [*standing_feet(robot).values()]
     hull = support_polygon(feet)
     middle = 0.5 * (feet[0].position + feet[1].position)
     towards = hull.M @ unit

@@ -15,7 +15,7 @@ from controllers.admissible.tracking_sets import TrackingSets, tracking_sets
 from controllers.baselines.paper import FIRST, STEP_TIME, STRIDE
 from controllers.gains import Gain, lqr
 from controllers.geometry.polytope import Polytope, polygon_area
-from controllers.geometry.support_polygon import Foot, support_polygon
+from controllers.geometry.support_polygon import Foot, standing_feet, support_polygon
 from controllers.pendulum import Pendulum
 from controllers.reference.reference import Reference
 from controllers.reference.walking_reference import Stride, walk_plan
@@ -72,15 +72,6 @@ class Outline:
     kind: Kind
     vertices: Array
     facts: dict[str, Any]
-
-
-def standing_feet(robot: Robot) -> dict[Side, Foot]:
-    """The feet of a robot in its stand."""
-    stance = robot.sole_stance
-    return {
-        side: Foot(position=np.array(stance[side][:2]), yaw=stance[side][2], sole=robot.sole_vertices[side])
-        for side in SIDES
-    }
 
 
 def plan_walk(robot: Robot, *, steps: int = STEPS) -> Walk:

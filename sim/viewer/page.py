@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from models.robot import robot_path
 from sim.record.trace import Trace
 from sim.viewer.moment import Moment, Observer
-from sim.viewer.scene import LEGEND, Scene
+from sim.viewer.scene import Scene, legend_html
 from sim.viewer.server import served
 from sim.viz.playback import Playback
 
@@ -94,22 +94,10 @@ def _labelled(page: str, playback: Playback) -> str:
     robot = playback.trace.metadata["robot"]["name"]
     title = html.escape(f"{robot}, {scenario.world}, {scenario.controller.short}: {scenario.description}")
     verdict = html.escape(f"{outcome.result.value.replace('_', ' ')}: {outcome.reason.value}")
-    marks = "".join(
-        f'<span style="white-space:nowrap;margin-right:.9em"><span style="{_dot(name, colour)}"></span>{name}</span>'
-        for name, colour in LEGEND
-    )
     box = (
         '<div id="okiagari" style="position:fixed;left:.7em;bottom:4em;max-width:60%;padding:.5em .8em;z-index:5;'
         "font:14px/1.5 system-ui,sans-serif;color:#202226;background:rgba(255,255,255,.85);border-radius:4px;"
-        f'pointer-events:none"><b>{title}</b><br>{verdict}<br>{marks}</div>'
+        f'pointer-events:none"><b>{title}</b><br>{verdict}<br>{legend_html()}</div>'
     )
     head, body = page.split("</head>", 1)
     return f"{head}<title>{title}</title></head>{body.replace('</body>', f'{box}</body>', 1)}"
-
-
-def _dot(name: str, colour: str) -> str:
-    fill = "transparent" if name == "ZMP command" else colour
-    return (
-        "display:inline-block;width:.6em;height:.6em;margin-right:.35em;"
-        f"border-radius:50%;border:2px solid {colour};background:{fill}"
-    )

@@ -18,7 +18,7 @@ from scenarios.schema import Scenario
 from sim.record.palette import REGULATOR, TRACKER
 from sim.results.push_size import edge_distance
 from sim.viewer.moment import Moment
-from sim.viewer.scene import LEGEND
+from sim.viewer.scene import legend_html
 
 if TYPE_CHECKING:
     import viser
@@ -80,7 +80,7 @@ class Panel:
             gui.add_button("Push now", color="violet").on_click(lambda _: self._wishes.put(Wish.PUSH))
         self._others = gui.add_button_group("", ("Pause", *_OTHERS), hint="Finish ends the episode and writes the run.")
         self._others.on_click(lambda event: self._wishes.put(_WISHES[event.target.value]))
-        gui.add_html(_LEGEND)
+        gui.add_html(f'<div style="margin:0 1em;font-size:.75em">{legend_html()}</div>')
         for control in (self.direction, self.size):
             control.on_update(lambda _: self._say_push())
         self._say_push()
@@ -156,12 +156,3 @@ class Panel:
             scales={"x": {"time": False}, "y": {"range": (-self._most, self._most)}},
             height=170,
         )
-
-
-def _entry(name: str, colour: str) -> str:
-    fill = "transparent" if name == "ZMP command" else colour
-    dot = f"display:inline-block;width:.6em;height:.6em;border-radius:50%;border:2px solid {colour};background:{fill}"
-    return f'<span style="white-space:nowrap;margin-right:.9em"><span style="{dot}"></span> {name}</span>'
-
-
-_LEGEND = f'<div style="margin:0 1em;font-size:.75em">{"".join(_entry(*mark) for mark in LEGEND)}</div>'

@@ -25,6 +25,7 @@ OPACITY = 0.5
 """Of the robot: what lies in it or under its soles must be seen."""
 LEGEND = (("COG", COG), ("DCM", DCM), ("ZMP", ZMP), ("ZMP command", ZMP), ("support", SUPPORT), ("push", PUSH))
 """What the marks are called."""
+_HOLLOW = "ZMP command"
 _CORNERS = 8  # of the hull of two soles with four corners each, at most
 _PAINT = 0.001  # [m] above the floor
 _FOLLOW = 0.5  # [s] over which the way of the COG is smoothed
@@ -33,6 +34,16 @@ _MOVED = 1e-4  # [m] by which the support has to change to be drawn anew
 _RING = np.array([(math.cos(a), math.sin(a), 0.0) for a in np.linspace(0.0, 2.0 * math.pi, 25)])
 _FAN = np.array([(0, i, i + 1) for i in range(1, _CORNERS - 1)], dtype=np.uint32)
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+
+
+def legend_html() -> str:
+    """What the marks mean, as HTML."""
+    return "".join(
+        '<span style="white-space:nowrap;margin-right:.9em"><span style="display:inline-block;width:.6em;height:.6em;'
+        f"margin-right:.35em;border-radius:50%;border:2px solid {colour};"
+        f'background:{"transparent" if name == _HOLLOW else colour}"></span>{name}</span>'
+        for name, colour in LEGEND
+    )
 
 
 class Scene:

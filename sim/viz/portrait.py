@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import mujoco
-import numpy as np
 from PIL import Image
 
 from models.arena import build_arena, drawn_size
 from models.robot import STAND, load_robot
-from sim.viz.video import open_gl
+from sim.viz.canvas import Canvas
 
 _SIZE = (640, 640)
 
@@ -35,17 +34,7 @@ def draw_portrait(robot: Path, picture: Path) -> None:
     camera = mujoco.MjvCamera()
     camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, model.camera("three_quarter").id
     scene = mujoco.MjvScene(model, maxgeom=2000)
-    gl = open_gl(*_SIZE)
-    context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
-    try:
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
-        option, everything = mujoco.MjvOption(), mujoco.mjtCatBit.mjCAT_ALL
-        mujoco.mjv_updateScene(model, data, option, None, camera, everything, scene)
-        window = mujoco.MjrRect(0, 0, *_SIZE)
-        mujoco.mjr_render(window, scene, context)
-        frame = np.empty((_SIZE[1], _SIZE[0], 3), dtype=np.uint8)
-        mujoco.mjr_readPixels(frame, None, window, context)
-    finally:
-        context.free()
-        gl.free()
-    Image.fromarray(frame[::-1]).save(picture)
+    option, everything = mujoco.MjvOption(), mujoco.mjtCatBit.mjCAT_ALL
+    mujoco.mjv_updateScene(model, data, option, None, camera, everything, scene)
+    with Canvas(model, *_SIZE) as canvas:
+        Image.fromarray(canvas.draw(scene)).save(picture)

@@ -11,7 +11,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 # MuJoCo looks here for the way to OpenGL when it first draws.
 os.environ.setdefault("MUJOCO_GL", "egl")
@@ -27,15 +27,12 @@ from models.arena import CAMERAS, FLOOR, build_arena
 from models.errors import InputError, one_line
 from models.robot import FREE_JOINT, robot_path
 from sim.record.trace import Trace
+from sim.viz.canvas import Canvas, Frame, open_gl
 from sim.viz.captions import Caption
 from sim.viz.overlay import Overlay
 from sim.viz.playback import Playback
 
-if TYPE_CHECKING:
-    from mujoco.egl import GLContext
-
 Array = NDArray[np.float64]
-Frame = NDArray[np.uint8]
 
 SIZES = (160, 3840)  # [px] smallest and largest side of a frame
 _FOLLOW = 0.3  # [s] over which the camera averages the way of the COG
@@ -168,10 +165,7 @@ def _aims(playback: Playback, ticks: list[int], rate: float) -> Array:
 
 
 class _Studio:
-    """Robot, floor, lights and camera, and the OpenGL that draws them.
-
-    Not `mujoco.Renderer`, which picks its way to OpenGL for good when MuJoCo is first imported.
-    """
+    """Robot, floor, lights and camera, and the canvas that they are drawn on."""
 
     def __init__(self, playback: Playback, camera: str, size: tuple[int, int]) -> None:
         self._playback = playback
@@ -190,19 +184,16 @@ class _Studio:
         self._scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
         self._overlay = Overlay(self._scene, playback)
         self._poses, self._addresses = self._read_poses()
-        self._window = mujoco.MjrRect(0, 0, *size)
+        self._canvas = Canvas(self._model, *size)
 
     def __enter__(self) -> Self:
-        self._gl = open_gl(self._window.width, self._window.height)
-        self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._canvas.__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._context.free()
-        self._gl.free()
+        self._canvas.__exit__(kind, error, trace)
 
     def shoot(self, tick: int, aim: Array) -> Frame:
         """(height, width, 3) picture of a tick, the camera moved by `aim` (3,) [m]."""
@@ -214,10 +205,7 @@ class _Studio:
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(self._model, self._data, self._option, None, self._camera, everything, self._scene)
         self._overlay.draw(tick, eye, self._forward)
-        mujoco.mjr_render(self._window, self._scene, self._context)
-        frame = np.empty((self._window.height, self._window.width, 3), dtype=np.uint8)
-        mujoco.mjr_readPixels(frame, None, self._window, self._context)
-        return np.ascontiguousarray(frame[::-1])  # OpenGL counts rows from below
+        return self._canvas.draw(self._scene)
 
     def _read_poses(self) -> tuple[Array, list[int]]:
         if not self._playback.is_humanoid:
@@ -250,12 +238,3 @@ def _scenery(playback: Playback, size: tuple[int, int]) -> mujoco.MjModel:
     if not playback.is_humanoid:
         model.geom_rgba[model.geom_bodyid > 0, 3] = 0.0
     return model
-
-
-def open_gl(width: int, height: int) -> GLContext:
-    """An offscreen OpenGL context, made current."""
-    from mujoco.egl import GLContext  # fails where there is no EGL, and only films need it
-
-    context = GLContext(width, height)
-    context.make_current()
-    return context

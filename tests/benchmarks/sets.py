@@ -12,14 +12,14 @@ from controllers.admissible.moa import MoaSet, regulator_set
 from controllers.admissible.tracking_sets import tracking_sets
 from controllers.baselines.paper import STRIDE
 from controllers.gains import dcm, lqr
-from controllers.geometry.support_polygon import support_polygon
+from controllers.geometry.support_polygon import standing_feet, support_polygon
 from controllers.nstep.foothold import choose_foothold
 from controllers.nstep.step_limits import StepLimits
 from controllers.nstep.step_sets import step_sets
 from controllers.pendulum import Pendulum
 from controllers.reference.walking_reference import walk_plan
 from models.robot import load_robot
-from sim.set_study.walk import DT, standing_feet
+from sim.set_study.walk import DT
 from tests.benchmarks.naive import gilbert_tan, library_set, paper_phase, reduced, rows_with_redundant_ones
 from tests.benchmarks.timing import best_of, in_words, show, table
 from tests.controllers.nstep.stepping_plane import best_by_program

@@ -8,13 +8,12 @@ from typing import Literal
 
 import numpy as np
 
-from controllers.geometry.support_polygon import support_polygon
+from controllers.geometry.support_polygon import standing_feet, support_polygon
 from controllers.interface import BalanceCommand, FootReference, Observation
 from models.arena import SIDES
 from models.robot import Robot, load_robot
 from scenarios.schema import Scenario
 from sim.episode.plant import HumanoidPlant
-from sim.set_study.walk import standing_feet
 from tests.benchmarks.timing import show, table
 
 AMPLITUDE = 0.008  # [m]

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from controllers.estimation.ekf import InvariantEkf
 from controllers.estimation.options import EkfOptions
-from controllers.estimation.rotation import from_quaternion
+from controllers.geometry.rotation import from_quaternion
 from controllers.interface import Observation
 from models.errors import OkiagariError
 from tests.controllers.estimation.recorded import Record, errors_of, estimator, follow, peak, record, rms

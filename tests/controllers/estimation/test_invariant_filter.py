@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from controllers.estimation.contact import ContactNoise, SoleContact
+from controllers.estimation.contact import SoleContact
 from controllers.estimation.invariant_filter import SIZE, InvariantFilter, Noise
-from controllers.estimation.rotation import skew, turn
+from controllers.estimation.options import EkfOptions
+from controllers.geometry.rotation import skew, turn
 from controllers.whole_body.measured_body import SoleMotion
 
 G, DT = 9.81, 0.001
+WEIGHT = 64.0
 NOISE = Noise(gyro=0.006, accelerometer=0.1, gyro_drift=1e-4, accelerometer_drift=1e-3)
 UP = np.array([0.0, 0.0, G])
 NEVER = 1e9
@@ -106,19 +108,9 @@ def test_the_error_grows_as_the_covariance_is_told() -> None:
 
 
 def contact(load: float) -> SoleContact:
-    noise = ContactNoise(
-        load=load,
-        full_load=10.0,
-        speed=0.01,
-        edge_speed=0.3,
-        outlier=2.5,
-        edge=0.004,
-        height=0.002,
-        tilt=0.005,
-        flat=0.01,
-    )
+    options = EkfOptions(contact_load=load / WEIGHT, full_load=10.0 / WEIGHT)
     corners = np.array([[0.05, -0.03], [0.05, 0.03], [-0.05, 0.03], [-0.05, -0.03]])
-    return SoleContact(noise, corners, np.array([0.0, 0.0, 0.03]))
+    return SoleContact(options, WEIGHT, corners, np.array([0.0, 0.0, 0.03]))
 
 
 def test_rows_of_a_sole_are_the_derivatives_of_what_they_compare() -> None:

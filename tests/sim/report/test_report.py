@@ -3,7 +3,6 @@ from __future__ import annotations
 import html
 import json
 import re
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -17,8 +16,8 @@ from sim.presenter.render import print_sections
 from sim.presenter.sections import sections
 from sim.report.report import REPORT, write_report
 from tests.sim.analysis.sweep_tables import LIMITS, adaptive, folder_of, frame, row, sweep_facts, threshold_law
+from tests.sim.chromium import CHROMIUM, needs_chromium
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 PHONE, DESK = 390, 1280
 
 # What a reader would see, worked out by the browser itself.
@@ -110,9 +109,6 @@ def browse(page: str, folder: Path, width: int) -> tuple[dict[str, Any], list[st
     found = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
     assert found is not None, done.stderr
     return json.loads(html.unescape(found[1])), [line for line in done.stderr.splitlines() if "CONSOLE" in line]
-
-
-needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no browser: install Debian's package chromium")
 
 
 @needs_chromium

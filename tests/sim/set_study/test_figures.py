@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from controllers.geometry.support_polygon import support_polygon
+from controllers.geometry.support_polygon import standing_feet, support_polygon
 from controllers.interface import Phase
 from models.arena import SIDES
 from models.robot import load_robot
 from sim.set_study.figures import NUMBERS, PICTURES, draw_set_figures
-from sim.set_study.walk import PLANES, Walk, feet_course, plan_walk, standing_feet
+from sim.set_study.walk import PLANES, Walk, feet_course, plan_walk
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ import pytest
 from rich.console import Console
 
 from controllers.admissible.limits import capturability_steps
+from controllers.geometry.support_polygon import standing_feet
 from controllers.nstep.step_limits import StepLimits
 from controllers.pendulum import Pendulum
 from models.robot import load_robot
@@ -22,7 +23,6 @@ from sim.presenter.render import print_sections
 from sim.presenter.set_sections import set_sections
 from sim.set_study.set_reach import reaches, step_limit
 from sim.set_study.set_report import DIRECTIONS, set_report, standing
-from sim.set_study.walk import standing_feet
 
 
 @pytest.fixture(scope="module")

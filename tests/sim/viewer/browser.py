@@ -7,7 +7,6 @@ import io
 import itertools
 import json
 import math
-import shutil
 import subprocess
 import time
 import urllib.request
@@ -21,9 +20,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+from tests.sim.chromium import CHROMIUM
+
 needs_viser = pytest.mark.skipif(find_spec("viser") is None, reason="no viser: pip install 'okiagari[view]'")
-needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no browser: install Debian's package chromium")
 SWITCHES = (
     "headless",
     "no-sandbox",

@@ -25,9 +25,10 @@ from sim.record.trace import load_trace
 from sim.viewer.live import Watched
 from sim.viewer.pace import Pace
 from sim.viewer.server import check_free
+from tests.sim.chromium import needs_chromium
 from tests.sim.program import call
 from tests.sim.still_traces import scenario, still_trace
-from tests.sim.viewer.browser import Page, browser, coloured, needs_chromium, needs_viser
+from tests.sim.viewer.browser import Page, browser, coloured, needs_viser
 
 HOUSE = Path(__file__).resolve().parents[3]
 

@@ -14,8 +14,9 @@ from sim.cli.app import main
 from sim.episode import run_folder
 from sim.record.trace import Trace
 from sim.viewer.page import replay_page
+from tests.sim.chromium import needs_chromium
 from tests.sim.still_traces import during, scenario, still_trace
-from tests.sim.viewer.browser import browser, coloured, needs_chromium, needs_viser
+from tests.sim.viewer.browser import browser, coloured, needs_viser
 
 FORWARD = {"start": 0.0, "duration": 0.9, "direction": 0.0, "impulse": 9.0}
 

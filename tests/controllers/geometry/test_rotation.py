@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from controllers.estimation.rotation import cross, from_quaternion, skew, to_quaternion, turn
+from controllers.geometry.rotation import cross, from_quaternion, skew, to_quaternion, turn
 
 # A few roundings of numbers of the order of one.
 ROUNDING = 1e-14
