@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from pathlib import Path
@@ -78,6 +79,7 @@ def run(
         int | None,
         typer.Option(parser=positive, metavar="N", help="Of this machine, for the browser.", show_default="8080"),
     ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print folder and outcome.json, for machines.")] = False,
 ) -> None:
     """Run a scenario and write its folder. Options left out are as the scenario says."""
     asked = {
@@ -106,7 +108,11 @@ def run(
             result = _write(chosen, stage, film=video is not False and note is None, view=view, port=port or PORT)
         except InputError as error:
             raise InputError(f"{find(scenario)}: {error}") from error
-    _report(name, result, folder)
+    if as_json:
+        record = json.loads((folder / run_folder.OUTCOME).read_text(encoding="utf-8"))
+        print(json.dumps({"folder": str(folder)} | record, indent=1))
+    else:
+        _report(name, result, folder)
     if note:
         print(f"okiagari: {note}", file=sys.stderr)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,16 @@ def test_pushes_that_overlap_share_an_ending() -> None:
     assert found[0] == ["recovered", "recovered"]
     assert found[1] == ["stood", "stood", "recovered"]
     assert found[2] == ["stood", "stood", "recovered"]
+
+
+def test_machines_are_told_what_the_folder_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "run"
+    asked = ("push_left", "--world", "pendulum", "--set", "duration=4", "--no-video", "--out", out, "--json")
+    assert call("run", *asked) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told.pop("folder") == str(out)
+    assert told == json.loads((out / "outcome.json").read_text())
+    assert told["outcome"] in ("recovered", "not_settled")
 
 
 def test_a_torque_is_named_as_such() -> None:
