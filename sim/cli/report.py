@@ -83,13 +83,13 @@ def report(
     ] = 4,
 ) -> None:
     """Write one page, complete in itself, that says what was run and what came of it."""
-    from sim.analysis.summary import summary_of, write_summary
+    from sim.analysis.summary import write_summary
     from sim.report.report import REPORT, write_report
 
     path = out if out is not None else folder / REPORT
     with Console(stderr=True).status("writing the report"):
-        write_report(folder, path, baseline=baseline, failures=failures, calibration=calibration)
-    write_summary(folder, summary_of(folder, calibration))
+        summary = write_report(folder, path, baseline=baseline, failures=failures, calibration=calibration)
+    write_summary(folder, summary)
     print(path)
 
 

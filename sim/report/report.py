@@ -37,7 +37,7 @@ _TEMPLATE = "template.html"
 
 def write_report(
     folder: Path, path: Path, *, baseline: Path | None = None, failures: int = 4, calibration: Path | None = None
-) -> None:
+) -> dict[str, Any]:
     """Write the report of a sweep's folder.
 
     Args:
@@ -46,6 +46,9 @@ def write_report(
         baseline: file to compare with.
         failures: how many failures to run again and film.
         calibration: file of one; None for those of the checkout that fit.
+
+    Returns:
+        The summary that it tells.
 
     Raises:
         InputError: if the folder, the baseline or the calibration cannot be read, they cannot be compared, or the
@@ -77,6 +80,7 @@ def write_report(
         replay=lambda row: replay_command(folder, row),
     )
     write_file(page.encode(), path, "--out")
+    return summary
 
 
 def _template() -> Any:
