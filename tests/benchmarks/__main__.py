@@ -9,7 +9,7 @@ import importlib
 import os
 import sys
 
-NAMES = ("sets", "loop", "zmp_tracking", "sweep")
+NAMES = ("sets", "loop", "sweep")
 LONG = ("recoverability", "bits")
 
 if __name__ == "__main__":

@@ -41,7 +41,7 @@ def _row(made: Table, name: str, scenario: Scenario) -> None:
     loop = scenario.timing.physics / factor
     outcome = results[0].outcome
     made.add_row(
-        name, scenario.whole_body, outcome.result.value, str(outcome.steps_taken), in_words(bare), in_words(loop),
+        name, scenario.whole_body.short, outcome.result.value, str(outcome.steps_taken), in_words(bare), in_words(loop),
         f"{loop / bare:.1f}", f"{factor:.1f}x",
     )  # fmt: skip
 
