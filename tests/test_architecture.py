@@ -13,6 +13,7 @@ HOUSE = Path(__file__).resolve().parent.parent
 # one line does not know each other.
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("models",),
+    ("controllers.compiled",),
     ("controllers.pendulum", "controllers.fields", "controllers.geometry"),
     (
         "controllers.gains",
