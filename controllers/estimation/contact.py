@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.estimation.invariant_filter import GYRO, PLACE, SIZE, SPEED, TURN, InvariantFilter
+from controllers.compiled import compiled
+from controllers.estimation.invariant_filter import SIZE, InvariantFilter
 from controllers.estimation.options import EkfOptions
 from controllers.geometry.rotation import cross, skew
 from controllers.whole_body.measured_body import SoleMotion
@@ -15,7 +17,19 @@ from controllers.whole_body.measured_body import SoleMotion
 Array = NDArray[np.float64]
 
 _ROWS = 6
-_UNIT = np.eye(3)
+
+
+class Trust(NamedTuple):
+    """How much of a loaded sole is believed: the fields of `EkfOptions` of these names, with `full_load` in [N]."""
+
+    contact_speed: float
+    edge_speed: float
+    outlier: float
+    edge: float
+    contact_height: float
+    sole_tilt: float
+    flat: float
+    full_load: float
 
 
 class SoleContact:
@@ -30,9 +44,18 @@ class SoleContact:
             corners: (4, 2) of a sole in its site's frame [m].
             imu: (3,) place of the IMU in the trunk's frame [m].
         """
-        self._options, self._imu = options, imu
-        self._load, self._full_load = options.contact_load * weight, options.full_load * weight
-        self._low, self._high = corners.min(axis=0), corners.max(axis=0)
+        self._imu, self._load = imu, options.contact_load * weight
+        self._trust = Trust(
+            contact_speed=options.contact_speed,
+            edge_speed=options.edge_speed,
+            outlier=options.outlier,
+            edge=options.edge,
+            contact_height=options.contact_height,
+            sole_tilt=options.sole_tilt,
+            flat=options.flat,
+            full_load=options.full_load * weight,
+        )
+        self._bounds = np.array([corners.min(axis=0), corners.max(axis=0)])
         self._H = np.zeros((2 * _ROWS, SIZE))
         self._excess, self._variance = np.zeros(2 * _ROWS), np.zeros(2 * _ROWS)
         self._rows = 0
@@ -54,38 +77,86 @@ class SoleContact:
             state.correct(self._H[:n], self._excess[:n], self._variance[:n])
 
     def _add(self, state: InvariantFilter, rate: Array, sole: SoleMotion, force: float, cop: Array) -> None:
-        o, H, n = self._options, self._H, self._rows
-        x, y = np.clip(cop, self._low, self._high).tolist()
-        inside = min(x - self._low[0], y - self._low[1], self._high[0] - x, self._high[1] - y)
-        faint = max(1.0, self._full_load / force)
-        arm = sole.rotation[:, 0] * x + sole.rotation[:, 1] * y
-        at = sole.position + arm - self._imu
-        R = state.rotation
-        H[n : n + _ROWS] = 0.0
+        x, y = float(cop[0]), float(cop[1])
+        self._rows = _sole_rows(
+            self._H,
+            self._excess,
+            self._variance,
+            self._rows,
+            self._trust,
+            state.rotation,
+            state.velocity,
+            state.position,
+            rate,
+            sole.position,
+            sole.rotation,
+            sole.velocity,
+            sole.turning,
+            self._imu,
+            self._bounds,
+            force,
+            x,
+            y,
+        )
 
-        slip = state.velocity + R @ (cross(rate, at) + sole.velocity + cross(sole.turning, arm))
-        deviation = faint * (o.contact_speed if inside > o.edge else o.edge_speed)
-        # an impact or a slip: what deviates by far is believed the less
-        deviation *= max(1.0, math.sqrt(float(slip @ slip)) / (o.outlier * deviation))
-        H[n : n + 3, SPEED] = _UNIT
-        H[n : n + 3, GYRO] = R @ skew(at)
-        self._excess[n : n + 3] = slip
-        self._variance[n : n + 3] = deviation * deviation
-        n += 3
 
-        away = R @ at
-        point = state.position + away
-        H[n, TURN] = point[1], -point[0], 0.0
-        H[n, PLACE] = 0.0, 0.0, 1.0
-        self._excess[n] = point[2]
-        self._variance[n] = (faint * o.contact_height) ** 2
-        n += 1
+@compiled
+def _sole_rows(
+    H: Array,
+    excess: Array,
+    variance: Array,
+    n: int,
+    trust: Trust,
+    R: Array,
+    v: Array,
+    p: Array,
+    rate: Array,
+    position: Array,
+    rotation: Array,
+    velocity: Array,
+    turning: Array,
+    imu: Array,
+    bounds: Array,
+    force: float,
+    x: float,
+    y: float,
+) -> int:
+    """Write what a sole says from row n on: H (12, 15), excess and variance (12,); the first row that is free then.
 
-        if inside > o.flat and faint == 1.0:
-            # normal of the sole in the world, which errors (a, b) about x and y tilt by (b, -a)
-            H[n, TURN] = 0.0, 1.0, 0.0
-            H[n + 1, TURN] = -1.0, 0.0, 0.0
-            self._excess[n : n + 2] = (R @ sole.rotation[:, 2])[:2]
-            self._variance[n : n + 2] = o.sole_tilt**2
-            n += 2
-        self._rows = n
+    R, v and p are the filter's; the sole's motion is as of `SoleMotion`; bounds are (2, 2), its lowest and highest
+    corner; x and y are its centre of pressure.
+    """
+    x = min(max(x, bounds[0, 0]), bounds[1, 0])
+    y = min(max(y, bounds[0, 1]), bounds[1, 1])
+    inside = min(x - bounds[0, 0], y - bounds[0, 1], bounds[1, 0] - x, bounds[1, 1] - y)
+    faint = max(1.0, trust.full_load / force)
+    arm = rotation[:, 0] * x + rotation[:, 1] * y
+    at = position + arm - imu
+    H[n : n + _ROWS] = 0.0
+
+    slip = v + R @ (cross(rate, at) + velocity + cross(turning, arm))
+    deviation = faint * (trust.contact_speed if inside > trust.edge else trust.edge_speed)
+    # an impact or a slip: what deviates by far is believed the less
+    deviation *= max(1.0, math.sqrt((slip * slip).sum()) / (trust.outlier * deviation))
+    H[n : n + 3, 9:12] = R @ skew(at)
+    for i in range(3):
+        H[n + i, 3 + i] = 1.0
+        excess[n + i] = slip[i]
+        variance[n + i] = deviation * deviation
+    n += 3
+
+    point = p + R @ at
+    H[n, 0], H[n, 1] = point[1], -point[0]
+    H[n, 8] = 1.0
+    excess[n] = point[2]
+    variance[n] = (faint * trust.contact_height) ** 2
+    n += 1
+
+    if inside > trust.flat and faint == 1.0:
+        # normal of the sole in the world, which errors (a, b) about x and y tilt by (b, -a)
+        normal = R @ np.ascontiguousarray(rotation[:, 2])
+        H[n, 1], H[n + 1, 0] = 1.0, -1.0
+        excess[n], excess[n + 1] = normal[0], normal[1]
+        variance[n] = variance[n + 1] = trust.sole_tilt**2
+        n += 2
+    return n

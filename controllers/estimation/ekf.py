@@ -155,13 +155,16 @@ class InvariantEkf:
     def _simulated(self, then: BodyState, begin: float, end: float) -> tuple[Array, Array]:
         """The nominal body's state at `end` [s], from that at `begin`."""
         assert self.nominal_body is not None
-        held = []
-        starts = [start for start, _ in self._sent]
-        for (start, targets), stop in zip(self._sent, [*starts[1:], end], strict=True):
+        held, stop = [], end
+        for start, targets in reversed(self._sent):
             # times are sums of decimal fractions: without their rounding the steps are the physics' own
-            duration = round(min(stop, end) - max(start, begin), 9)
+            duration = round(stop - max(start, begin), 9)
             if duration > _SAME_TIME:
                 held.append(Held(targets, duration))
+            if start <= begin:
+                break
+            stop = start
+        held.reverse()
         return self.nominal_body.forward(then, held)
 
     def _observation(self, configuration: Array, velocity: Array, time: float) -> Observation:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.compiled import compiled
 from controllers.geometry.rotation import skew, turn
 
 Array = NDArray[np.float64]
@@ -18,7 +19,6 @@ Array = NDArray[np.float64]
 SIZE = 15
 TURN, SPEED, PLACE, GYRO, ACCELEROMETER = (slice(i, i + 3) for i in range(0, SIZE, 3))
 _UNIT = np.eye(3)
-_DIAGONAL = slice(None, None, SIZE + 1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,8 +51,8 @@ class InvariantFilter:
     def __init__(self, noise: Noise, gravity: float) -> None:
         self._noise = noise
         self._gravity = np.array([0.0, 0.0, -gravity])
-        self._pull = skew(self._gravity)
         self._transition = np.eye(SIZE)
+        self._period, self._wandering = 0.0, np.zeros(SIZE)
         self.reset(np.eye(3), np.zeros(3), np.zeros(SIZE))
 
     def reset(self, rotation: Array, position: Array, deviation: Array) -> None:
@@ -80,20 +80,20 @@ class InvariantFilter:
             bias.
         """
         rate, force = gyro - self.gyro_bias, accelerometer - self.accelerometer_bias
-        half = self.rotation @ turn(0.5 * dt * rate)
-        acceleration: Array = half @ force + self._gravity
-
-        step, turned = self._transition, -dt * self.rotation
-        step[SPEED, TURN] = dt * self._pull
-        step[3:9, GYRO] = np.concatenate([skew(self.velocity) @ turned, skew(self.position) @ turned])
-        step[PLACE, SPEED] = dt * _UNIT
-        step[TURN, GYRO] = step[SPEED, ACCELEROMETER] = turned
-        self.covariance = step @ self.covariance @ step.T
-        self.covariance.ravel()[_DIAGONAL] += self._wandering(dt)
-
-        self.rotation = self.rotation @ turn(dt * rate)
-        self.position = self.position + dt * self.velocity + (0.5 * dt * dt) * acceleration
-        self.velocity = self.velocity + dt * acceleration
+        if dt != self._period:
+            self._period, self._wandering = dt, self._wanders(dt)
+        acceleration: Array = _propagate(
+            self.rotation,
+            self.velocity,
+            self.position,
+            self.covariance,
+            self._transition,
+            self._wandering,
+            rate,
+            force,
+            self._gravity,
+            dt,
+        )
         return rate, acceleration
 
     def correct(self, H: Array, excess: Array, variance: Array) -> None:
@@ -104,26 +104,18 @@ class InvariantFilter:
             excess: (m,) what the estimate says minus what was found.
             variance: (m,) of that.
         """
-        spread = self.covariance @ H.T
-        innovation = H @ spread
-        innovation.ravel()[:: len(excess) + 1] += variance
-        gain = np.linalg.solve(innovation, spread.T).T
-        error = gain @ excess
-        covariance = self.covariance - gain @ spread.T
-        self.covariance = 0.5 * (covariance + covariance.T)
-        back = turn(-error[TURN])
-        self.rotation = back @ self.rotation
-        self.velocity = back @ self.velocity - error[SPEED]
-        self.position = back @ self.position - error[PLACE]
-        self.gyro_bias = self.gyro_bias - error[GYRO]
-        self.accelerometer_bias = self.accelerometer_bias - error[ACCELEROMETER]
+        error = _gain_times_excess(self.covariance, H, excess, variance)
+        _take_back(self.rotation, self.velocity, self.position, error)
+        self.gyro_bias -= error[GYRO]
+        self.accelerometer_bias -= error[ACCELEROMETER]
 
     def straighten(self) -> None:
         """Make the attitude a rotation again, which rounding wears off."""
         # one Newton step towards the nearest: the error is of the order of rounding
         self.rotation = self.rotation @ (1.5 * _UNIT - 0.5 * self.rotation.T @ self.rotation)
 
-    def _wandering(self, dt: float) -> Array:
+    def _wanders(self, dt: float) -> Array:
+        """(15,) variance that a step adds."""
         noise = self._noise
         rest = 0.0
         three = np.array(
@@ -136,3 +128,50 @@ class InvariantFilter:
             ]
         )
         return np.repeat(three, 3)
+
+
+@compiled
+def _propagate(
+    R: Array, v: Array, p: Array, P: Array, F: Array, added: Array, rate: Array, force: Array, gravity: Array, dt: float
+) -> Array:
+    """Take R, v, p and P on by dt; F is the last transition, whose entries that change are set. The acceleration."""
+    acceleration = (R @ turn(0.5 * dt * rate)) @ force + gravity
+
+    turned = -dt * R
+    F[3:6, 0:3] = dt * skew(gravity)
+    F[3:6, 9:12] = skew(v) @ turned
+    F[6:9, 9:12] = skew(p) @ turned
+    F[0:3, 9:12] = turned
+    F[3:6, 12:15] = turned
+    for i in range(3):
+        F[6 + i, 3 + i] = dt
+    P[:] = (F @ P) @ F.T
+    for i in range(SIZE):
+        P[i, i] += added[i]
+
+    R[:] = R @ turn(dt * rate)
+    p += dt * v + (0.5 * dt * dt) * acceleration
+    v += dt * acceleration
+    return acceleration
+
+
+@compiled
+def _gain_times_excess(P: Array, H: Array, excess: Array, variance: Array) -> Array:
+    """(15,) error of the estimate; P becomes what is left of it."""
+    spread = P @ H.T
+    innovation = H @ spread
+    for i in range(len(excess)):
+        innovation[i, i] += variance[i]
+    gain = np.linalg.solve(innovation, spread.T).T
+    left = P - gain @ spread.T
+    P[:] = 0.5 * (left + left.T)
+    return gain @ excess
+
+
+@compiled
+def _take_back(R: Array, v: Array, p: Array, error: Array) -> None:
+    """Turn and move the estimate back by what it is off."""
+    back = turn(-error[0:3])
+    R[:] = back @ R
+    v[:] = back @ v - error[3:6]
+    p[:] = back @ p - error[6:9]

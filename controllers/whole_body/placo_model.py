@@ -15,6 +15,7 @@ import numpy as np
 import placo
 from numpy.typing import NDArray
 
+from controllers.compiled import compiled
 from models.robot import Robot
 
 Array = NDArray[np.float64]
@@ -44,20 +45,24 @@ class PlacoModel:
 
     def set_state(self, configuration: Array, velocity: Array) -> None:
         """Take over a configuration and velocity in MuJoCo's order (see `Observation`)."""
-        q, qd = self._q, self._qd
-        w, x, y, z = configuration[3:7].tolist()
-        q[:3] = configuration[:3]
-        q[3], q[4], q[5], q[6] = x, y, z, w
-        q[7:] = configuration[7:]
-        vx, vy, vz = velocity[:3].tolist()
-        # columns of the rotation matrix of (w, x, y, z): world velocity seen in the base
-        qd[0] = (1 - 2 * (y * y + z * z)) * vx + 2 * (x * y + w * z) * vy + 2 * (x * z - w * y) * vz
-        qd[1] = 2 * (x * y - w * z) * vx + (1 - 2 * (x * x + z * z)) * vy + 2 * (y * z + w * x) * vz
-        qd[2] = 2 * (x * z + w * y) * vx + 2 * (y * z - w * x) * vy + (1 - 2 * (x * x + y * y)) * vz
-        qd[3:] = velocity[3:]
+        in_placo_order(configuration, velocity, self._q, self._qd)
         state = self.wrapper.state
-        state.q, state.qd = q, qd
+        state.q, state.qd = self._q, self._qd
         self.wrapper.update_kinematics()
+
+
+@compiled
+def in_placo_order(configuration: Array, velocity: Array, q: Array, qd: Array) -> None:
+    """Write a configuration (7 + n,) and velocity (6 + n,) of MuJoCo into those of placo and pinocchio, q and qd."""
+    w, x, y, z = configuration[3], configuration[4], configuration[5], configuration[6]
+    q[:] = configuration
+    q[3], q[4], q[5], q[6] = x, y, z, w
+    qd[:] = velocity
+    vx, vy, vz = velocity[0], velocity[1], velocity[2]
+    # columns of the rotation matrix of (w, x, y, z): world velocity seen in the base
+    qd[0] = (1 - 2 * (y * y + z * z)) * vx + 2 * (x * y + w * z) * vy + 2 * (x * z - w * y) * vz
+    qd[1] = 2 * (x * y - w * z) * vx + (1 - 2 * (x * x + z * z)) * vy + 2 * (y * z + w * x) * vz
+    qd[2] = 2 * (x * z + w * y) * vx + 2 * (y * z - w * x) * vy + (1 - 2 * (x * x + y * y)) * vz
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.compiled import compiled
 from models.arena import SIDES
 from models.robot import Robot, Side
 from scenarios.sensing import FootSensors
@@ -50,12 +51,19 @@ class FootForce:
             at, (place, turn) = self._at[side], self._place[side]
             # found, net force of the sole on the floor (3), torque (3), point (3), in the world frame
             sensor = data.sensordata[at : at + 10]
-            true = -float(turn[:, 2] @ sensor[1:4])
-            force = max(0.0, self._scale[side] * true + figures.force_noise * noise[0])
+            true, centre = _in_sole(sensor, place, turn)
+            force = max(0.0, self._scale[side] * true + figures.force_noise * float(noise[0]))
             forces[side] = force
             if sensor[0] > 0.0 and force >= figures.least_force:
-                centre = (turn.T @ (sensor[7:10] - place))[:2]
-                centres[side] = centre + figures.cop_noise * self._half_weight / force * noise[1:]
+                centres[side] = centre + (figures.cop_noise * self._half_weight / force) * noise[1:]
             else:
                 centres[side] = np.full(2, np.nan)
         return forces, centres
+
+
+@compiled
+def _in_sole(sensor: Array, place: Array, turn: Array) -> tuple[float, Array]:
+    """Normal force [N], and its point (2,) in the frame of a sole at a place (3,), turned by (3, 3)."""
+    away = sensor[7:10] - place
+    centre = np.array([(turn[:, 0] * away).sum(), (turn[:, 1] * away).sum()])
+    return -(turn[:, 2] * sensor[1:4]).sum(), centre

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.compiled import compiled
+from controllers.geometry.rotation import cross, from_quaternion
 from models.robot import Robot
 from scenarios.sensing import Imu
 from sim.sensing.streams import constant_of, noise_of
@@ -23,7 +27,7 @@ class InertialUnit:
 
     def __init__(self, figures: Imu, robot: Robot, model: mujoco.MjModel, data: mujoco.MjData, seed: int) -> None:
         self._data, self._at = data, robot.imu
-        self._gravity = model.opt.gravity
+        self._gravity = model.opt.gravity.copy()
         self._noise = noise_of("imu", seed)
         constant = constant_of("imu", seed).standard_normal((2, 3))
         self._bias = constant * np.array([[figures.gyro_bias], [figures.accelerometer_bias]])
@@ -36,31 +40,32 @@ class InertialUnit:
         """(2, 3): angular velocity now [rad/s] and specific force [m/s^2], in the trunk's frame; at first of rest."""
         data = self._data
         attitude, rate = data.qpos[3:7].copy(), data.qvel[3:6].copy()
-        velocity = data.qvel[:3] + _turned(np.cross(rate, self._at), attitude)
-        last = self._last or (data.time, velocity, attitude)
+        velocity = _velocity_at(data.qvel[:3], rate, attitude, self._at)
+        then = self._last or (data.time, velocity, attitude)
         self._last = (data.time, velocity, attitude)
-        force = -self._gravity
-        if data.time > last[0]:
-            force = force + (velocity - last[1]) / (data.time - last[0])
-        true = np.array([rate, _turned(force, _backward(_between(last[2], attitude)))])
+        true = _felt(rate, velocity, attitude, then[1], then[2], self._gravity, data.time - then[0])
         said = true + self._bias + self._spread * self._noise.standard_normal((2, 3))
-        return np.clip(said, -self._most, self._most)
+        return np.minimum(np.maximum(said, -self._most), self._most)
 
 
-def _between(first: Array, second: Array) -> Array:
-    """The attitude halfway between two near ones, as quaternions."""
-    middle = first + second if first @ second > 0.0 else first - second
-    found: Array = middle / np.linalg.norm(middle)
+@compiled
+def _velocity_at(velocity: Array, rate: Array, attitude: Array, arm: Array) -> Array:
+    """(3,) in the world of a point of the trunk, by that of its origin in the world and its rate in its own frame."""
+    return velocity + from_quaternion(attitude) @ cross(rate, arm)
+
+
+@compiled
+def _felt(
+    rate: Array, velocity: Array, attitude: Array, old_velocity: Array, old_attitude: Array, gravity: Array, dt: float
+) -> Array:
+    """(2, 3) rate, and specific force over the time dt since the old state, in the frame of the attitude halfway."""
+    sign = 1.0 if (attitude * old_attitude).sum() > 0.0 else -1.0
+    halfway = old_attitude + sign * attitude
+    halfway /= math.sqrt((halfway * halfway).sum())
+    force = -gravity
+    if dt > 0.0:
+        force = force + (velocity - old_velocity) / dt
+    found = np.empty((2, 3))
+    found[0] = rate
+    found[1] = from_quaternion(halfway).T @ force
     return found
-
-
-def _backward(attitude: Array) -> Array:
-    """The opposite turn of a quaternion."""
-    return attitude * np.array([1.0, -1.0, -1.0, -1.0])
-
-
-def _turned(vector: Array, attitude: Array) -> Array:
-    """(3,) turned by a quaternion."""
-    turned = np.zeros(3)
-    mujoco.mju_rotVecQuat(turned, vector, attitude)
-    return turned
