@@ -18,8 +18,9 @@ from models.robot import Robot, Side
 
 Array = NDArray[np.float64]
 
-# The hip travels with the COG while the leg swings: the foot lands that much farther than from a hip at rest.
-HIP_TRAVEL = 0.5  # as a share of the leg's own reach
+# The hips travel with the COG while the leg swings, and the foot lands that much farther than from hips at rest, as a
+# share of the leg's own reach: at 1 the hips are halfway between the feet, beyond it they sink a little.
+HIP_TRAVEL = 1.2
 # A landed foot likes to be this far outside of the DCM, so that the DCM comes to rest between the feet [m].
 OUTWARDS = 0.04
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from controllers.interface import BalanceCommand, FootReference, JointTargets, Observation
 from controllers.registry import NoOptions
 from controllers.whole_body.placo_model import PlacoModel, body_tasks, friction_torque
+from controllers.whole_body.servo_drag import ServoDrag
 from models.arena import SIDES
 from models.robot import Robot, Side
 
@@ -49,6 +50,7 @@ class DynamicsWholeBody:
         """
         self._robot = robot
         self._model = PlacoModel(robot)
+        self._drag = ServoDrag(robot, self._model.wrapper.model, dt)
         self._omega_squared = robot.omega**2
         self._solver = solver = placo.DynamicsSolver(self._model.wrapper)
         solver.dt = dt
@@ -92,7 +94,7 @@ class DynamicsWholeBody:
     def targets(self, observation: Observation, command: BalanceCommand) -> JointTargets:
         """See `WholeBodyLayer.targets`. A QP without answer keeps the last torque and says so."""
         self._model.set_state(observation.configuration, observation.velocity)
-        self._aim_cog(observation, command.zmp)
+        self._aim_cog(observation, command)
         for side in SIDES:
             self._aim_foot(side, command.feet[side], observation.feet[side].position)
         torque = self._solve()
@@ -117,13 +119,17 @@ class DynamicsWholeBody:
         torque: Array = result.tau[6:].copy()
         return torque if np.isfinite(torque).all() else None
 
-    def _aim_cog(self, observation: Observation, zmp: Array) -> None:
+    def _aim_cog(self, observation: Observation, command: BalanceCommand) -> None:
         cx, cy, cz = observation.cog.tolist()
         vz = float(observation.cog_velocity[2])
-        w2 = self._omega_squared
+        w2, zmp = self._omega_squared, command.zmp
         stiffness, damping = self._height_gains
+        x, y = w2 * (cx - zmp[0]), w2 * (cy - zmp[1])
+        if all(command.feet[side].stance for side in SIDES):
+            more_x, more_y = self._drag.made_up(observation.cog_velocity)
+            x, y = x + more_x, y + more_y
         rise = stiffness * (self._robot.cog_height - cz) - damping * vz
-        self._cog.ddtarget_world = np.array([w2 * (cx - zmp[0]), w2 * (cy - zmp[1]), rise])
+        self._cog.ddtarget_world = np.array([x, y, rise])
 
     def _aim_foot(self, side: Side, reference: FootReference, measured: Array) -> None:
         position, orientation, pose = self._position[side], self._orientation[side], self._pose

@@ -46,6 +46,11 @@ def test_the_whole_body_follows_within_what_was_seen(body: dict[str, Any]) -> No
                 assert abs(one["lag"]["mean"]) < 0.03
             assert 1.2 < found["gain"]["realised"]["mean"] < 1.6
             assert found["residual"]["rms"] < 0.0015
+    # From 1 to 4 Hz the realised ZMP neither leads nor lags; before the servos' drag was made up for, it led by 35 to
+    # 48 ms at 1 Hz. Two seeds leave some 3 ms of chance.
+    for axis in "xy":
+        for one in body["standing"]["exact"]["axes"][axis]["body"]:
+            assert one["frequency"] < 1.0 or abs(one["lag"]["mean"]) < 0.013
     assert body["standing"]["exact"]["dcm_error"] is None
     assert 0.0 < body["standing"]["as given"]["dcm_error"]["rms"] < 0.001
     assert 0.0005 < body["zmp_error"] < 0.005
