@@ -11,6 +11,7 @@ DCM = "#f08000"
 SUPPORT = "#2ca02c"
 PUSH = "#8a1fb0"
 FEET = "#202020"
+SEEN = "#00808c"
 
 REGULATOR = "#1f5fd6"
 TRACKER = "#239023"

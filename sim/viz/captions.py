@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from sim.record.palette import COG, DCM, PHASES, PUSH, SUPPORT, ZMP
+from sim.record.palette import COG, DCM, PHASES, PUSH, SEEN, SUPPORT, ZMP
 from sim.viz.glyphs import OURS, drawable
 from sim.viz.playback import Playback
 
@@ -20,6 +20,7 @@ _SHOWN_AFTER = 0.5  # [s] that the words of a push stay
 _PUSHES_TOLD = 4  # at once; more would hide the robot
 _FELL = "#c02020"
 _LEGEND = (("COG", COG), ("DCM", DCM), ("ZMP", ZMP), ("ZMP command", "ring"), ("support", SUPPORT), ("push", PUSH))
+_GHOST = (("COG, DCM as seen", SEEN),)
 
 
 class Caption:
@@ -56,6 +57,7 @@ class Caption:
             PHASES[self._playback.phase(tick)],
             _inside("regulator set", float(trace["regulator_slack"][tick])),
             _inside("tracking set", float(trace["tracking_slack"][tick])),
+            self._sight_words(tick),
         )
         _blend(frame, panel, gap, gap + clock[0].shape[0])
         if not (self._explained_once and self._frames):
@@ -74,6 +76,13 @@ class Caption:
         name = self._playback.phase(tick).name.lower()
         steps = int(self._playback.trace["steps"][tick])
         return f"{name}: step {steps}" if name == "stepping" else name
+
+    def _sight_words(self, tick: int) -> str:
+        """How far off the DCM is that the controllers see; to a tenth of a millimetre."""
+        if self._playback.seen is None:
+            return ""
+        off = float(np.hypot(*self._playback.seen.dcm_error[tick]))
+        return f"DCM seen {1000.0 * off:.1f} mm off" if math.isfinite(off) else ""
 
     def _push_words(self, tick: int) -> list[str]:
         """The pushes that act, or did a moment ago, the latest first."""
@@ -104,17 +113,20 @@ class Caption:
         return _patch(image)
 
     def _draw_legend(self) -> Patch:
+        entries = _LEGEND if self._playback.seen is None else _LEGEND + _GHOST
         pitch = round(1.4 * self._unit)
-        width = 2.5 * self._unit + max(self._font.getlength(words) for words, _ in _LEGEND)
-        image, draw = self._sheet(round(width), pitch * len(_LEGEND) + self._unit // 2)
+        width = 2.5 * self._unit + max(self._font.getlength(words) for words, _ in entries)
+        image, draw = self._sheet(round(width), pitch * len(entries) + self._unit // 2)
         radius = 0.38 * self._unit
-        for i, (words, colour) in enumerate(_LEGEND):
+        for i, (words, colour) in enumerate(entries):
             x, y = self._unit, round((i + 0.65) * pitch)
             dot = (x - radius, y - radius, x + radius, y + radius)
             if colour == "ring":
                 draw.ellipse(dot, outline=ZMP, width=2)
             elif words == "support":
                 draw.rectangle(dot, fill=SUPPORT + "70", outline=SUPPORT)
+            elif colour == SEEN:
+                draw.ellipse(dot, fill=SEEN + "66", outline=SEEN, width=2)
             else:
                 draw.ellipse(dot, fill=colour)
             draw.text((2 * self._unit, y), words, font=self._font, fill=_INK, anchor="lm")

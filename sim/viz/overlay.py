@@ -1,4 +1,4 @@
-"""What is drawn into the scene besides the robot: COG, ZMP, DCM, support polygon, push, and the pendulum."""
+"""What is drawn into the scene besides the robot: COG, ZMP, DCM, true and seen, support, push, and the pendulum."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from models.arena import SIDES
-from sim.record.palette import COG, DCM, PUSH, SUPPORT, ZMP, rgb
+from sim.record.palette import COG, DCM, PUSH, SEEN, SUPPORT, ZMP, rgb
 from sim.viz.playback import Playback, PushMark
 from sim.viz.push_shapes import FADE, arc, arrow
 
@@ -132,6 +132,15 @@ class Overlay:
         self._disc(play.dcm[tick], 0.011, _rgba(DCM))
         self._disc(play.zmp[tick], 0.009, _rgba(ZMP))
         self._circle(play.zmp_command[tick], 0.014, _rgba(ZMP))
+        if play.seen is not None:
+            self._ghost(play.seen.cog[tick], play.seen.dcm[tick])
+
+    def _ghost(self, cog: Array, dcm: Array) -> None:
+        """COG and DCM as the controllers see them: a halo that is off the true one by as much as they are."""
+        if np.isfinite(cog).all():
+            radius = 0.024 * _XRAY * self._size
+            self._add(Geom.mjGEOM_SPHERE, [radius] * 3, self._near(cog), _rgba(SEEN, 0.4)).emission = 0.5
+        self._circle(dcm, 0.017, _rgba(SEEN))
 
     def _push(self, tick: int) -> None:
         for push in self._playback.recent(self._playback.time[tick], FADE)[-_PUSHES_DRAWN:]:

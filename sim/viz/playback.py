@@ -44,6 +44,22 @@ class PushMark:
     is_torque: bool
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Seen:
+    """What the controllers saw in place of the true state, where it was off relative to the loaded soles.
+
+    Attributes:
+        cog: (n, 3) [m].
+        dcm: (n, 2) [m].
+        dcm_error, velocity_error: (n, 2) of the DCM [m] and of the COG's velocity [m/s], seen less true.
+    """
+
+    cog: Array
+    dcm: Array
+    dcm_error: Array
+    velocity_error: Array
+
+
 class Playback:
     """Read-only view of a trace by control tick.
 
@@ -79,6 +95,22 @@ class Playback:
         self.soles = {side: np.array(robot["sole_vertices"][side], dtype=np.float64) for side in SIDES}
         self.feet = {side: _columns(trace, side + "_{}", ("x", "y", "z", "yaw")) for side in SIDES}
         self.supporting = {side: trace[f"{side}_force"] > LOADED * self.weight for side in SIDES}
+
+    @cached_property
+    def seen(self) -> Seen | None:
+        """What the controllers saw; None if that was the true state."""
+        if "dcm_error_x" not in self.trace.channels:
+            return None
+        trace = self.trace
+        error = _columns(trace, "dcm_error_{}", "xy")
+        faster = (_columns(trace, "seen_cog_v{}", "xyz") - _columns(trace, "cog_v{}", "xyz"))[:, :2]
+        place = self.cog[:, :2] + error - faster / self.omega
+        return Seen(
+            cog=np.column_stack([place, trace["seen_cog_z"]]),
+            dcm=self.dcm + error,
+            dcm_error=error,
+            velocity_error=faster,
+        )
 
     @cached_property
     def outcome(self) -> Outcome:

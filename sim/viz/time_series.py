@@ -14,8 +14,8 @@ from matplotlib.patches import Patch
 
 from controllers.interface import Phase
 from models.arena import SIDES
-from sim.record.palette import COG, FEET, PHASES, PUSH, SUPPORT, ZMP, ZMP_COMMAND
-from sim.viz.playback import Playback, PushMark
+from sim.record.palette import COG, FEET, PHASES, PUSH, SEEN, SUPPORT, ZMP, ZMP_COMMAND
+from sim.viz.playback import Playback, PushMark, Seen
 from sim.viz.time_scale import NARROWER, TimeScale, time_scale
 
 _FOOT_LINES: dict[str, Literal["-", "--"]] = {"left": "-", "right": "--"}
@@ -32,23 +32,28 @@ def draw_course(figure: Figure, place: SubplotSpec, playback: Playback) -> None:
         playback: the episode.
     """
     halves = place.subgridspec(2, 1, height_ratios=(9.0, 0.6), hspace=0.19)
-    rows = halves[0].subgridspec(3, 1, height_ratios=(0.35, 4, 4), hspace=0.13)
+    heights = (0.35, 4, 4) if playback.seen is None else (0.35, 3.4, 3.4, 1.5)
+    rows = halves[0].subgridspec(len(heights), 1, height_ratios=heights, hspace=0.13)
     strip = figure.add_subplot(rows[0])
-    panels = [figure.add_subplot(rows[1], sharex=strip), figure.add_subplot(rows[2], sharex=strip)]
+    panels = [figure.add_subplot(rows[row], sharex=strip) for row in range(1, len(heights))]
     scale = time_scale(playback)
     scale.apply(strip)
     _draw_phases(strip, playback, scale)
     _name_pushes(strip, playback, scale)
     for axis, panel in enumerate(panels):
         scale.shade(panel)
-        _draw_axis(panel, playback, axis)
+        if axis < 2:
+            _draw_axis(panel, playback, axis)
+        elif playback.seen is not None:
+            _draw_sight(panel, playback, playback.seen)
         for push in playback.pushes:
             panel.axvspan(push.start, push.end, color=PUSH, alpha=0.35, linewidth=0, zorder=1)
         if playback.outcome.time_of_fall is not None:
             panel.axvline(playback.outcome.time_of_fall, color="black", linestyle=":", linewidth=1.5, zorder=6)
-    panels[0].tick_params(labelbottom=False)
+    for panel in panels[:-1]:
+        panel.tick_params(labelbottom=False)
     narrow = f" (shaded: quiet, drawn {NARROWER:g} times narrower)" if scale.quiet else ""
-    panels[1].set_xlabel(f"time [s]{narrow}", fontsize=11)
+    panels[-1].set_xlabel(f"time [s]{narrow}", fontsize=11)
     legend = figure.add_subplot(halves[1])
     legend.axis("off")
     legend.legend(handles=_keys(playback), loc="center", ncol=5, fontsize=9.5, frameon=False)
@@ -134,6 +139,21 @@ def _draw_axis(panel: Axes, playback: Playback, axis: int) -> None:
     panel.set_axisbelow(True)
 
 
+def _draw_sight(panel: Axes, playback: Playback, seen: Seen) -> None:
+    """How far off the controllers saw the DCM, before a fall."""
+    fell = playback.outcome.time_of_fall
+    shown = playback.time < (np.inf if fell is None else fell)
+    error = 1000.0 * seen.dcm_error[shown]
+    panel.plot(playback.time[shown], error[:, 0], color=SEEN, linestyle="-", linewidth=1.3, zorder=3)
+    panel.plot(playback.time[shown], error[:, 1], color=SEEN, linestyle="--", linewidth=1.1, zorder=3)
+    most = max(float(np.nanmax(np.abs(error), initial=0.0)), 0.1)
+    panel.set_ylim(-1.15 * most, 1.15 * most)
+    panel.axhline(0.0, color="#a0a0a0", linewidth=0.8, zorder=2)
+    panel.set_ylabel("DCM seen\noff [mm]", fontsize=10)
+    panel.grid(color="#e4e4e4", linewidth=0.8)
+    panel.set_axisbelow(True)
+
+
 def _keys(playback: Playback) -> list[Line2D | Patch]:
     keys: list[Line2D | Patch] = [
         Line2D([], [], color=COG, linewidth=2.2, label="COG"),
@@ -142,6 +162,9 @@ def _keys(playback: Playback) -> list[Line2D | Patch]:
         *(Line2D([], [], color=FEET, linestyle=_FOOT_LINES[side], label=f"{side} foot") for side in SIDES),
         Patch(color=SUPPORT, alpha=0.22, label="support (extent)"),
     ]
+    if playback.seen is not None:
+        keys.append(Line2D([], [], color=SEEN, linestyle="-", label="DCM seen off, x"))
+        keys.append(Line2D([], [], color=SEEN, linestyle="--", label="DCM seen off, y"))
     if playback.pushes:
         keys.append(Patch(color=PUSH, alpha=0.35, label="push"))
     active = {phase for _, _, phase in playback.phases()}

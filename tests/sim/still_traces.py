@@ -9,7 +9,7 @@ import numpy as np
 from models.arena import SIDES
 from models.robot import Robot, load_robot
 from scenarios.schema import Scenario
-from sim.record.trace import ROOT_CHANNELS, TRACE_CHANNELS, Trace
+from sim.record.trace import ROOT_CHANNELS, SEEN_CHANNELS, TRACE_CHANNELS, Trace
 
 PERIOD = 0.002
 ROBOT = load_robot("utmu2")
@@ -20,7 +20,10 @@ def scenario(**fields: Any) -> Scenario:
 
 
 def still_trace(run: Scenario, robot: Robot = ROBOT, **changes: Any) -> Trace:
-    """The robot in its keyframe, carried by both feet; `changes` are channel=value or (n,) values."""
+    """The robot in its keyframe, carried by both feet; `changes` are channel=value or (n,) values.
+
+    If a channel of what was seen is among them, the controllers saw the true state but for these.
+    """
     time = np.arange(run.ticks) * PERIOD
     columns: dict[str, Any] = dict.fromkeys(TRACE_CHANNELS, 0.0)
     columns |= {"time": time, "cog_z": robot.cog_height, "tracking_slack": np.nan}
@@ -29,6 +32,9 @@ def still_trace(run: Scenario, robot: Robot = ROBOT, **changes: Any) -> Trace:
         columns |= {f"{side}_x": x, f"{side}_y": y, f"{side}_yaw": yaw}
         columns |= {f"{side}_force": robot.mass * robot.gravity / 2, f"{side}_stance": 1.0}
     units = dict(TRACE_CHANNELS)
+    if set(changes) & set(SEEN_CHANNELS):
+        columns |= dict.fromkeys(SEEN_CHANNELS, 0.0) | {"seen_cog_z": robot.cog_height}
+        units |= dict(SEEN_CHANNELS)
     if run.world == "humanoid":
         pose = dict.fromkeys(ROOT_CHANNELS) | {f"q_{joint}": None for joint in robot.joint_names}
         columns |= dict(zip(pose, robot.stand, strict=True))

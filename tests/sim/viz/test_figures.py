@@ -249,3 +249,16 @@ def test_lateral_pushes_are_in_their_own_plane() -> None:
     labels = [axes.get_xlabel() for axes in figure.axes]
     assert "COG position y in the world [m]" in labels
     assert "COG position x in the world [m]" not in labels
+
+
+def test_how_far_off_the_controllers_saw_is_drawn_until_a_fall() -> None:
+    run = scenario(duration=1.0, controller="statue", pushes=[{"start": 0.5, "direction": 0, "impulse": 5.0}])
+    error = during(run, 0.2, 0.4, 0.003)
+    fallen = during(run, 0.6, 1.0, 2.0)
+    figure = episode_figure(Shown(still_trace(run, dcm_error_x=error, trunk_tilt=fallen)))
+    (panel,) = [axes for axes in figure.axes if "DCM seen" in axes.get_ylabel()]
+    lines = [line for line in panel.get_lines() if len(line.get_xdata()) > 2]
+    assert max(np.max(line.get_ydata()) for line in lines) == pytest.approx(3.0)
+    assert max(np.max(line.get_xdata()) for line in lines) < 0.61
+    exact = episode_figure(Shown(still_trace(run)))
+    assert not any("DCM seen" in axes.get_ylabel() for axes in exact.axes)

@@ -15,7 +15,7 @@ import pytest
 
 from models.arena import build_arena
 from models.errors import InputError
-from sim.record.palette import COG, DCM, PUSH, SUPPORT, ZMP, rgb
+from sim.record.palette import COG, DCM, PUSH, SEEN, SUPPORT, ZMP, rgb
 from sim.viz.video import render_episode
 from tests.sim.renderer import needs_renderer
 from tests.sim.still_traces import ROBOT, during, scenario, still_trace
@@ -175,6 +175,22 @@ def test_a_small_push_is_an_arrow_that_can_be_seen(tmp_path: Path) -> None:
 def test_from_above_the_robot_fills_a_fifth_of_the_picture() -> None:
     left, right = (pixel([0.0, y, ROBOT.cog_height], "top") for y in (0.12, -0.12))
     assert math.dist(left, right) > WIDTH / 5
+
+
+@needs_renderer
+@needs_renderer
+def test_what_the_controllers_see_is_a_ghost_where_they_see_it(tmp_path: Path) -> None:
+    run = scenario(duration=0.1)
+    off = 0.06  # far more than any estimator, so that it stands beside the true COG
+    trace = still_trace(run, seen_cog_y=off, dcm_error_y=off)
+    (frame, *_), _ = film(trace, tmp_path, fps=10)
+    (plain, *_), _ = film(still_trace(run), tmp_path, fps=10)
+    place = pixel([0.0, off, ROBOT.cog_height])
+    # a translucent ball: the robot behind it takes on some of the ball's colour
+    changed = frame[place].astype(int) - plain[place].astype(int)
+    assert changed[0] < -20
+    assert changed[0] < changed[1] - 10
+    assert coloured(frame, SEEN) > coloured(plain, SEEN) + 20
 
 
 @needs_renderer
