@@ -41,7 +41,14 @@ def register(app: typer.Typer) -> None:
     app.command(epilog="Example: okiagari calibrate out/sweep-calibration --out baselines/calibration-utmu2.json")(
         calibrate
     )
-    app.command(epilog="Example: okiagari envelope out/sweep-trunk_push --out docs/envelope.png")(envelope)
+    app.command(
+        epilog="""Examples:
+
+    okiagari envelope out/sweep-trunk_push --out docs/envelope.png
+
+    okiagari envelope out/exact out/typical --label exact --label typical --out out/both.png
+    """
+    )(envelope)
     app.command(epilog="Example: okiagari baseline out/sweep-smoke --out baselines/smoke.json")(baseline)
 
 
@@ -94,33 +101,55 @@ def report(
 
 
 def envelope(
-    folder: _Folder,
+    folder: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folder of a sweep, or of several.")],
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Picture, .png or .svg.", show_default="DIR/envelope.png"),
+        typer.Option(metavar="FILE", help="Picture, .png or .svg.", show_default="DIR/envelope.png, of the first"),
     ] = None,
     case: Annotated[str | None, typer.Option(metavar="WORDS", help="Which case, if the suite has several.")] = None,
+    name: Annotated[
+        list[str] | None,
+        typer.Option("--label", metavar="WORDS", help="What each of several sweeps is called, in their order."),
+    ] = None,
 ) -> None:
     """Draw the robust thresholds around the robot, and print them as a table in Markdown.
 
-    Of several cases, robots for instance, --case draws one; without it and --out, one table of all is printed.
+    Of several cases, robots for instance, --case draws one; without it and --out, one table of all is printed. Several
+    sweeps of one suite, run with other --set for instance, are laid over each other.
     """
     from sim.analysis.summary import summary_of, write_summary
     from sim.presenter.render import markdown
     from sim.presenter.threshold_section import cases, cases_table, envelope_table
     from sim.report.envelope import ENVELOPE, chosen_case, write_envelope
+    from sim.report.envelopes_together import together_table, write_together
     from sim.results.table import read_sweep
 
-    path = out if out is not None else folder / ENVELOPE
-    summary = summary_of(folder)
+    first, *others = folder
+    path = out if out is not None else first / ENVELOPE
+    if others:
+        labels = name or [each.name for each in folder]
+        if len(labels) != len(folder):
+            raise InputError(f"--label: {len(labels)} for {len(folder)} sweeps; give one for each, or none")
+        if case is not None:
+            raise InputError("--case: does nothing with several sweeps, which must have one case each")
+        named = [(label, summary_of(each)) for label, each in zip(labels, folder, strict=True)]
+        write_together(named, path)
+        print(markdown(together_table(named)))
+        for each, (_, one) in zip(folder, named, strict=True):
+            tell_unfinished(one["episodes"], read_sweep(each))
+        print(path, file=sys.stderr)
+        return
+    if name:
+        raise InputError("--label: does nothing with a single sweep")
+    summary = summary_of(first)
     if case is None and out is None and len(cases(summary)) > 1:
-        print(markdown(cases_table(write_summary(folder, summary))))
-        tell_unfinished(summary["episodes"], read_sweep(folder))
+        print(markdown(cases_table(write_summary(first, summary))))
+        tell_unfinished(summary["episodes"], read_sweep(first))
         return
     shown = chosen_case(summary, case)
     write_envelope(summary, shown, path)
-    print(markdown(envelope_table(write_summary(folder, summary), shown)))
-    tell_unfinished(summary["episodes"], read_sweep(folder))
+    print(markdown(envelope_table(write_summary(first, summary), shown)))
+    tell_unfinished(summary["episodes"], read_sweep(first))
     print(path, file=sys.stderr)
 
 

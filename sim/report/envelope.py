@@ -23,7 +23,8 @@ ENVELOPE = "envelope.png"
 _NEIGHBOURS = 60.0  # [deg] between directions that a line may join
 _ARC = 12.0  # [deg] to either side of one that none joins
 _NO_STEP = "no step"
-_COMPASS = {0.0: "forward", 90.0: "left", 180.0: "back", 270.0: "right"}
+COMPASS = {0.0: "forward", 90.0: "left", 180.0: "back", 270.0: "right"}
+"""Directions that have a name."""
 
 Summary = dict[str, Any]
 
@@ -109,7 +110,7 @@ def draw_envelope(summary: Summary, case: dict[str, Any], *, normalised: bool, k
     if holed:
         axes.plot([], [], linestyle="", marker="$*$", color=FAINT, label="above a hole")
     ticks = np.arange(0, 360, 45)
-    axes.set_thetagrids(ticks, [_COMPASS.get(float(tick), f"{tick}°") for tick in ticks])
+    axes.set_thetagrids(ticks, [COMPASS.get(float(tick), f"{tick}°") for tick in ticks])
     axes.set_rlabel_position(22.5)
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     axes.spines["polar"].set_visible(False)
