@@ -9,10 +9,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from controllers.registry import short
+from controllers.registry import ESTIMATORS, LAYERS, short
 from models.errors import InputError
 from scenarios.catalogue import load
-from scenarios.choice import REGISTRIES
+from scenarios.choice import REGISTRIES, Choice
 from scenarios.error_messages import first_error
 from scenarios.files import find_file, read_toml, robot_beside, shipped_files
 from scenarios.push import LONGEST, Push
@@ -70,19 +70,24 @@ class LoadedSuite:
                 raise InputError(f"{self.path}: {field}: two are called {short(name)!r}; rename a file or a class")
         return found
 
-    def option_files(self) -> dict[str, Path]:
-        """The files that options of its controllers and layers name: a file's name -> its path.
+    def sources(self) -> dict[str, str]:
+        """What its layers and estimators are made of, and the files that options name: name -> SHA-256.
 
         Raises:
-            InputError: if two of them are called the same.
+            InputError: if two files are called the same, or one cannot be read.
         """
-        base, found = self.base.as_dict(), dict[str, Path]()
+        base, found, paths = self.base.as_dict(), dict[str, str](), dict[str, Path]()
         for changes in ({}, *(self.suite.variants or {}).values()):
             scenario = Scenario.model_validate(changed(base, changes), context={"folder": self.path.parent})
-            for field, registry in REGISTRIES.items():
-                for path in getattr(scenario, field).files(registry).values():
-                    if found.setdefault(path.name, path) != path:
+            chosen = [(field, registry, getattr(scenario, field)) for field, registry in REGISTRIES.items()]
+            chosen.append(("sensing.estimator", ESTIMATORS, scenario.sensing.who))
+            for field, registry, choice in chosen:
+                for path in choice.files(registry).values():
+                    if paths.setdefault(path.name, path) != path:
                         raise InputError(f"{self.path}: {field}: two files are called {path.name!r}; rename one")
+                found |= choice.sources(registry)
+        for name in self.classes("whole_body").values():
+            found |= Choice(name=name).sources(LAYERS)
         return found
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.compiled import compiled
+from controllers.estimation.beliefs import Beliefs
 from controllers.estimation.invariant_filter import SIZE, InvariantFilter
 from controllers.estimation.options import EkfOptions
 from controllers.geometry.rotation import cross, skew
@@ -35,24 +36,24 @@ class Trust(NamedTuple):
 class SoleContact:
     """The measurement of both soles, to be filled sole by sole and then taken by the filter."""
 
-    def __init__(self, options: EkfOptions, weight: float, corners: Array, imu: Array) -> None:
+    def __init__(self, options: EkfOptions, believed: Beliefs, weight: float, corners: Array, imu: Array) -> None:
         """Stand ready.
 
         Args:
-            options: how much of a loaded sole is believed.
+            options, believed: how much of a loaded sole is believed.
             weight: of the robot [N].
             corners: (4, 2) of a sole in its site's frame [m].
             imu: (3,) place of the IMU in the trunk's frame [m].
         """
         self._imu, self._load = imu, options.contact_load * weight
         self._trust = Trust(
-            contact_speed=options.contact_speed,
-            edge_speed=options.edge_speed,
+            contact_speed=believed.contact_speed,
+            edge_speed=believed.edge_speed,
             outlier=options.outlier,
-            edge=options.edge,
+            edge=believed.edge,
             contact_height=options.contact_height,
             sole_tilt=options.sole_tilt,
-            flat=options.flat,
+            flat=believed.flat,
             full_load=options.full_load * weight,
         )
         self._bounds = np.array([corners.min(axis=0), corners.max(axis=0)])

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.estimation.beliefs import SensorFigures, beliefs
 from controllers.estimation.contact import SoleContact
 from controllers.estimation.invariant_filter import InvariantFilter, Noise
 from controllers.estimation.joint_filter import JointFilter
@@ -32,6 +33,7 @@ _MEMORY = 0.1
 _SAME_TIME = 1e-9
 # Standard deviation of yaw [rad], place [m] and speed [m/s] at the start, which are given.
 _GIVEN = 1e-3
+_FLAWLESS = SensorFigures()
 
 
 class InvariantEkf:
@@ -45,30 +47,33 @@ class InvariantEkf:
     """
 
     Options = EkfOptions
+    takes_figures = True
 
-    def __init__(self, robot: Robot, dt: float, options: EkfOptions) -> None:
+    def __init__(self, robot: Robot, dt: float, options: EkfOptions, sensors: SensorFigures = _FLAWLESS) -> None:
         """Build the filter once; it is reused over episodes.
 
         Args:
             robot: the nominal body.
             dt: control period [s].
             options: what is believed.
+            sensors: what is known of them, for what the options leave out.
         """
+        believed = beliefs(options, robot, sensors)
         self.nominal_body: NominalBody | None = None
-        self._options, self._dt, self._imu = options, dt, robot.imu
+        self._options, self._believed, self._dt, self._imu = options, believed, dt, robot.imu
         weight = robot.mass * robot.gravity
         self._load = options.contact_load * weight
         self._body = MeasuredBody(robot)
-        self._joints = JointFilter(options.encoder, options.joint_acceleration)
+        self._joints = JointFilter(believed.encoder, options.joint_acceleration)
         noise = Noise(
-            gyro=options.gyro,
-            accelerometer=options.accelerometer,
+            gyro=believed.gyro,
+            accelerometer=believed.accelerometer,
             gyro_drift=options.gyro_drift,
             accelerometer_drift=options.accelerometer_drift,
         )
         self._filter = InvariantFilter(noise, robot.gravity)
-        self._contact = SoleContact(options, weight, robot.sole_vertices["left"], robot.imu)
-        self._observer = PushObserver(robot, options.push_settling, options.push_threshold)
+        self._contact = SoleContact(options, believed, weight, robot.sole_vertices["left"], robot.imu)
+        self._observer = PushObserver(robot, options.push_settling, believed.push_threshold)
         self._sent: deque[tuple[float, JointTargets]] = deque()
 
     def reset(self, observation: Observation) -> None:
@@ -79,9 +84,11 @@ class InvariantEkf:
         """
         if self._options.predictor == "simulate" and self.nominal_body is None:
             raise OkiagariError("predictor 'simulate' needs a nominal body: set `nominal_body`")
-        o = self._options
+        believed = self._believed
         rotation = from_quaternion(observation.configuration[3:7])
-        deviation = np.repeat([o.first_tilt, _GIVEN, _GIVEN, o.gyro_bias, o.accelerometer_bias], 3)
+        deviation = np.repeat(
+            [self._options.first_tilt, _GIVEN, _GIVEN, believed.gyro_bias, believed.accelerometer_bias], 3
+        )
         deviation[2] = _GIVEN
         self._filter.reset(rotation, observation.configuration[:3] + rotation @ self._imu, deviation)
         self._joints.reset(observation.configuration[7:])

@@ -14,6 +14,8 @@ Positive = Annotated[float, Field(gt=0)]
 class EkfOptions(Strict):
     """What `InvariantEkf` believes.
 
+    What is None follows from the sensors, or from the robot; see `controllers.estimation.beliefs`.
+
     Attributes:
         encoder: standard deviation of an angle [rad].
         joint_acceleration: of the joints, which the speed's filter allows for [rad/s^2].
@@ -41,28 +43,28 @@ class EkfOptions(Strict):
         push_threshold: force below which there is no push [N].
     """
 
-    encoder: Positive = 1e-5
+    encoder: Positive | None = None
     joint_acceleration: Positive = 30.0
-    gyro: Positive = 0.006
-    accelerometer: Positive = 0.1
-    gyro_bias: Positive = 0.003
-    accelerometer_bias: Positive = 0.05
+    gyro: Positive | None = None
+    accelerometer: Positive | None = None
+    gyro_bias: Positive | None = None
+    accelerometer_bias: Positive | None = None
     gyro_drift: NotNegative = 1e-4
     accelerometer_drift: NotNegative = 1e-3
     first_tilt: Positive = 0.005
     contact_load: Annotated[float, Field(gt=0, lt=1)] = 0.1
     full_load: Annotated[float, Field(gt=0, lt=1)] = 0.25
-    contact_speed: Positive = 0.01
-    edge_speed: Positive = 0.3
+    contact_speed: Positive | None = None
+    edge_speed: Positive | None = None
     outlier: Positive = 2.5
-    edge: NotNegative = 0.004
+    edge: NotNegative | None = None
     contact_height: Positive = 2e-3
     sole_tilt: Positive = 0.005
-    flat: Positive = 0.010
+    flat: Positive | None = None
     predictor: Literal["none", "extrapolate", "simulate"] = "simulate"
     latency: NotNegative | None = None
     push_settling: Positive = 0.01
-    push_threshold: NotNegative = 3.0
+    push_threshold: NotNegative | None = None
 
     @model_validator(mode="after")
     def _takes_effect(self) -> Self:

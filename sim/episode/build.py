@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, cast
 
 from pydantic import ValidationError
 
+from controllers.estimation.beliefs import SensorFigures
 from controllers.fields import Strict
 from controllers.interface import BalanceController, JointController, Setting, WholeBodyLayer
 from controllers.registry import CONTROLLERS, ESTIMATORS, LAYERS, Entry
@@ -61,10 +63,23 @@ def make_estimator(scenario: Scenario, robot: Robot) -> Estimator | None:
     choice, field = scenario.sensing.who, "sensing.estimator"
     entry = ESTIMATORS.entry(choice.name)
     options = _options(entry, field, choice.options)
-    estimator = cast(Estimator, _built(entry, field, robot, scenario.timing.control, options))
+    known = (_figures(scenario),) if getattr(entry.cls, "takes_figures", False) else ()
+    estimator = cast(Estimator, _built(entry, field, robot, scenario.timing.control, options, *known))
     if hasattr(estimator, "nominal_body"):
         estimator.nominal_body = SimulatedBody(robot, at_drive=scenario.sensing.at_drive)
     return estimator
+
+
+def _figures(scenario: Scenario) -> SensorFigures:
+    """What an estimator may know of a scenario's sensors: what their makers say."""
+    joint, imu = scenario.sensing.joint_figures, scenario.sensing.imu_figures
+    return SensorFigures(
+        count=2.0 * math.pi / joint.counts if joint.counts else 0.0,
+        gyro_noise=imu.gyro_noise,
+        gyro_bias=imu.gyro_bias,
+        accelerometer_noise=imu.accelerometer_noise,
+        accelerometer_bias=imu.accelerometer_bias,
+    )
 
 
 def layer_of(scenario: Scenario) -> Choice | None:

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from controllers.fields import file_hash
 from controllers.registry import CONTROLLERS
 from models.errors import InputError
 from scenarios.suite_catalogue import LoadedSuite
@@ -101,7 +100,7 @@ def prepare(loaded: LoadedSuite, folder: Path) -> None:
         known = results.read_sweep(folder)
         if known["suite_hash"] != suite_hash(loaded):
             raise InputError(f"{str(folder)!r} holds {_other(known, loaded)}; choose another folder with --out")
-        now = {name: one["source"] for name, one in _appearances(loaded).items()} | _robots(loaded) | _files(loaded)
+        now = {name: one["source"] for name, one in _appearances(loaded).items()} | _robots(loaded) | loaded.sources()
         then = {name: one["source"] for name, one in known.get("controllers", {}).items()}
         then |= known.get("robots", {}) | known.get("files", {})
         if changed := [name for name in now if name in then and then[name] != now[name]]:
@@ -128,11 +127,6 @@ def _libraries(loaded: LoadedSuite) -> list[str]:
     """What its controllers bring, each once."""
     names = loaded.classes("controller").values()
     return list(dict.fromkeys(library for full in names for library in CONTROLLERS.entry(full).libraries))
-
-
-def _files(loaded: LoadedSuite) -> dict[str, str]:
-    """Hash of each file that options of controllers and layers name, by the file's name."""
-    return {name: file_hash(path) for name, path in loaded.option_files().items()}
 
 
 def _other(known: Mapping[str, Any], loaded: LoadedSuite) -> str:
@@ -181,7 +175,7 @@ def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) 
         "rest": loaded.base.judge.rest,
         "controllers": _appearances(loaded),
         "robots": _robots(loaded),
-        "files": _files(loaded),
+        "files": loaded.sources(),
         "versions": begun["versions"],
         "commit": begun["commit"],
         "planned": planned,

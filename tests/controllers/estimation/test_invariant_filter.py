@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from controllers.estimation.beliefs import SensorFigures, beliefs
 from controllers.estimation.contact import SoleContact
 from controllers.estimation.invariant_filter import SIZE, InvariantFilter, Noise
 from controllers.estimation.options import EkfOptions
 from controllers.geometry.rotation import skew, turn
 from controllers.whole_body.measured_body import SoleMotion
+from models.robot import load_robot
 
 G, DT = 9.81, 0.001
 WEIGHT = 64.0
@@ -110,7 +112,8 @@ def test_the_error_grows_as_the_covariance_is_told() -> None:
 def contact(load: float) -> SoleContact:
     options = EkfOptions(contact_load=load / WEIGHT, full_load=10.0 / WEIGHT)
     corners = np.array([[0.05, -0.03], [0.05, 0.03], [-0.05, 0.03], [-0.05, -0.03]])
-    return SoleContact(options, WEIGHT, corners, np.array([0.0, 0.0, 0.03]))
+    believed = beliefs(options, load_robot("utmu2"), SensorFigures())
+    return SoleContact(options, believed, WEIGHT, corners, np.array([0.0, 0.0, 0.03]))
 
 
 def test_rows_of_a_sole_are_the_derivatives_of_what_they_compare() -> None:

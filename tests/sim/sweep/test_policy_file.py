@@ -80,9 +80,7 @@ def test_variants_may_name_policies_beside_the_suite(tmp_path: Path, monkeypatch
     write_network(here / "nets" / "q.onnx", np.zeros((COUNT, 3)), 0.01)
     monkeypatch.chdir(tmp_path)
     loaded = load_suite(here / "suite.toml")
-    assert {name: path.parent for name, path in loaded.option_files().items()} == dict.fromkeys(
-        ("p.onnx", "q.onnx"), here / "nets"
-    )
+    assert set(loaded.sources()) == {"p.onnx", "q.onnx"}
     scenarios = [scenario_of(loaded, one.episodes[0]) for one in plan(loaded)]
     assert [Path(each.controller.options["policy"]).name for each in scenarios] == ["p.onnx", "q.onnx"]
     files = [run_episode(each, polygons=False).trace.metadata["controller_files"]["policy"] for each in scenarios]
@@ -93,7 +91,7 @@ def test_two_policies_of_one_name_are_refused(tmp_path: Path) -> None:
     here = folder_of(tmp_path / "here", VARIANTS.replace("nets/q.onnx", "p.onnx"))
     write_network(here / "p.onnx", np.zeros((COUNT, 3)), 0.01)
     with pytest.raises(InputError, match=r"controller: two files are called 'p.onnx'; rename one"):
-        load_suite(here / "suite.toml").option_files()
+        load_suite(here / "suite.toml").sources()
 
 
 def test_a_policy_that_does_not_fit_is_refused_before_anything_is_written(
