@@ -114,6 +114,7 @@ class Stepping(Strict):
         swing_height: highest point of the swing foot's sole over the floor [m], from 0.001 to the length of the legs.
         replan: whether foothold and ZMP are chosen anew at every tick; else the foothold stays that of the lift-off.
         early_trigger: how far ahead the DCM is extrapolated to see whether a step will be needed [s], at most 1; 0 not.
+        steady_trigger: whether that looks the less far, the noisier the DCM's rate is.
         angular_momentum: whether the spin of the body counts as part of the state that the sets are asked for.
     """
 
@@ -126,6 +127,7 @@ class Stepping(Strict):
     swing_height: _Length = 0.025
     replan: bool = True
     early_trigger: float = Field(default=0.1, ge=0, le=1)
+    steady_trigger: bool = True
     angular_momentum: bool = True
 
     def times(self, robot: Robot, dt: float) -> tuple[float, ...]:

@@ -30,16 +30,17 @@ class StepTrigger:
         rate: (2,) smoothed rate of the DCM [m/s].
     """
 
-    def __init__(self, dt: float, lead: float) -> None:
+    def __init__(self, dt: float, lead: float, *, steady: bool = True) -> None:
         """Begin to watch.
 
         Args:
             dt: control period [s].
             lead: how far ahead the DCM is extrapolated [s]; 0 for not at all.
+            steady: whether the rate follows its differences the less, the more they jump.
         """
         self.rate = np.zeros(2)
         self._dt = dt
-        self._lead = lead
+        self._lead, self._steady = lead, steady
         self._dcm: Array | None = None
         self._difference: Array | None = None
         self._jump = 0.0
@@ -54,7 +55,7 @@ class StepTrigger:
 
     def _share(self, difference: Array) -> float:
         """By which the rate follows a difference (2,) [m/s]."""
-        if self._difference is not None:
+        if self._difference is not None and self._steady:
             x, y = (difference - self._difference).tolist()
             self._jump += JUMP_FILTER * (0.5 * (x * x + y * y) - self._jump)
         return RATE_FILTER if self._jump <= JUMP**2 else RATE_FILTER * JUMP / math.sqrt(self._jump)

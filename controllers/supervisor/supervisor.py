@@ -104,7 +104,7 @@ class Supervisor:
         self._gain = self._gains[0]
         self._contacts = ContactState(self.robot.sole_vertices["left"], EDGE)
         self._zmp_bias = ZmpBiasObserver(self.pendulum.dt, self.robot.scale)
-        self._trigger = StepTrigger(self.pendulum.dt, self.options.early_trigger)
+        self._trigger = StepTrigger(self.pendulum.dt, self.options.early_trigger, steady=self.options.steady_trigger)
         self._stance_recovery = StanceRecovery(self.robot, self.pendulum.dt)
         rule = self.rule
         self._stepper = None if rule is None else Stepper(self.robot, self.pendulum, self.options, rule, self._swing)

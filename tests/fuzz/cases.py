@@ -43,7 +43,8 @@ SCENARIO_FIELDS: dict[str, Any] = {
     "gain": {"kind": "dcm", "k": 1.5},
     "stepping": {
         "rule": "sets", "step_times": [0.12, 0.15, 0.18], "max_steps": 4, "zmp_margin": 0.008, "max_stride": 0.28,
-        "swing_height": 0.025, "replan": True, "early_trigger": 0.1, "angular_momentum": True,
+        "swing_height": 0.025, "replan": True, "early_trigger": 0.1, "steady_trigger": True,
+        "angular_momentum": True,
     },
     "variation": {"pose": 0.002},
     "disturbance": {"mass_scale": 1.1, "friction": 0.5},

@@ -70,6 +70,7 @@ def test_defaults_are_those_of_the_format(tmp_path: Path) -> None:
             "swing_height": 0.025,
             "replan": True,
             "early_trigger": 0.1,
+            "steady_trigger": True,
             "angular_momentum": True,
         },
         "variation": {"pose": 0.002},
