@@ -43,5 +43,5 @@ def test_a_changed_file_is_refused(kind: str, variant: str, tmp_path: Path) -> N
     prepare(load_suite(suite), folder)
     prepare(load_suite(suite), folder)
     own.write_text(own.read_text(encoding="utf-8") + "# edited\n", encoding="utf-8")
-    with pytest.raises(InputError, match="'own.py:Own' as its file was then, and it has changed since"):
+    with pytest.raises(InputError, match=r"'own.py:Own' as its file was then, and it has changed since"):
         prepare(load_suite(suite), folder)
