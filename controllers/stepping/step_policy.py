@@ -19,8 +19,9 @@ from models.robot import Robot, Side
 Array = NDArray[np.float64]
 
 # The hips travel with the COG while the leg swings, and the foot lands that much farther than from hips at rest, as a
-# share of the leg's own reach: at 1 the hips are halfway between the feet, beyond it they sink a little.
-HIP_TRAVEL = 1.2
+# share of the leg's own reach. At 1 the hips are halfway between the feet. With 1.2 more of the pushes of 2.1 to 2.5
+# omega d to the side are recovered from, but a stance so wide is not kept: weaker pushes and the next ones fell it.
+HIP_TRAVEL = 0.5
 # A landed foot likes to be this far outside of the DCM, so that the DCM comes to rest between the feet [m].
 OUTWARDS = 0.04
 
