@@ -27,6 +27,8 @@ _TOLD = (
     "it is said below. A yes or no is told by the sets alone. "
 )
 
+_SEEN = " Where the true state was not seen, the sets were asked of the state that was seen; what came of it is true."
+
 _MOST = 20.0
 """Logarithm of odds up to which they are told."""
 
@@ -64,6 +66,7 @@ def prediction_section(summary: Summary) -> Section | None:
             "maximal output admissible set of its controller: in the regulator's set, or in a tracking set if it "
             "steps. A humanoid's tracking sets are asked for slower feet and grown by a margin, both fitted to pushes "
             "that no suite uses; the pendulum's are asked as they are. Then the body does what it does."
+            f"{_SEEN if summary['sight'] else ''}"
         ),
         tables=(
             *_probability_table(summary, found["probability"]),

@@ -28,6 +28,7 @@ from sim.report.charts import heat_maps, rate_curves, slack_plot
 from sim.report.endurance_chart import survival_curves
 from sim.report.envelope import envelopes
 from sim.report.failures import film_strip, worst_failures
+from sim.report.sight_chart import sight_plot
 from sim.results.out_file import check_file, write_file
 from sim.results.table import SUITE, read_sweep
 
@@ -112,6 +113,7 @@ def _pictures(summary: dict[str, Any], pushes: pd.DataFrame) -> dict[str, list[P
         "ablation": [ablation_picture(summary["ablation"])] if summary["ablation"] else [],
         "thresholds": envelopes(summary) if len(cases(summary)) <= FEW else [],
         "recovered": [*heat_maps(summary), rate_curves(summary)],
+        "sight": sight_plot(pushes),
         "prediction": [
             slack_plot(world, pushes[pushes["world"] == world], part) for world, part in slack.items() if part["n"]
         ]

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from io import StringIO
 
+import numpy as np
 from rich.console import Console
 
+from sim.analysis.frame import each_push
 from sim.analysis.sight import sight
 from sim.analysis.summary import summarise
 from sim.presenter.render import print_sections
 from sim.presenter.sections import sections
+from sim.report.sight_chart import sight_plot
 from tests.sim.analysis.sweep_tables import frame, row, sweep_facts
 
 
@@ -36,3 +39,10 @@ def test_it_is_told() -> None:
     print_sections(sections(summarise(frame(rows()), sweep_facts(rows()))), Console(file=out, width=100))
     assert "What the controllers saw" in out.getvalue() or "Error of the DCM that was seen" in out.getvalue()
     assert "sensing typical, latency 0.004" in out.getvalue()
+
+
+def test_the_report_draws_it_by_the_size_of_the_push() -> None:
+    pushes = each_push(frame(rows()))
+    (drawn,) = sight_plot(pushes)
+    assert "3 pushes" in drawn.alt  # of six: the others saw the true state
+    assert sight_plot(pushes.assign(dcm_error_rms=np.nan)) == []
