@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import sys
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
 import numba
+from numba.core import event as events
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -20,3 +23,21 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """
     made: Any = numba.njit(cache=True, error_model="numpy")(function)
     return made
+
+
+class _Teller(events.Listener):
+    """Says once on stderr what the first run after an installation waits for."""
+
+    told = multiprocessing.parent_process() is not None  # a worker's caller has said it, or has nothing to wait for
+
+    def on_start(self, event: events.Event) -> None:
+        """A function is not on disk yet."""
+        if not self.told:
+            self.told = True
+            print("okiagari: compiling, once after an installation; some ten seconds", file=sys.stderr)
+
+    def on_end(self, event: events.Event) -> None:
+        """Nothing is to be said."""
+
+
+events.register("numba:compile", _Teller())
