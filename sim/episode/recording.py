@@ -6,14 +6,12 @@ import math
 import time
 from collections.abc import Mapping
 from dataclasses import asdict
-from operator import sub
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.fields import file_hash
-from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
 from controllers.interface import (
     BalanceCommand,
     BalanceController,
@@ -37,6 +35,7 @@ from sim.record.motors import MotorLog, MotorUse
 from sim.record.outcome import EarlyEnd
 from sim.record.push_columns import PushColumns, combined
 from sim.record.seen import seen_row
+from sim.record.support_slack import SupportSlack
 from sim.record.trace import SEEN_CHANNELS, Trace, TraceRecorder
 from sim.record.versions import commit, versions
 
@@ -89,7 +88,7 @@ class Recording:
             period=self.period,
         )
         self._ended: dict[int, dict[str, Any]] = {}
-        self._support: tuple[list[float], SupportPolygon] | None = None
+        self._support = SupportSlack(robot)
         self._row = np.empty(0)
         self._acting: dict[int, tuple[Array, Array]] = {}
         self._closed = 0
@@ -151,7 +150,7 @@ class Recording:
         row[at.phase + 1] = self._steps.see(stands)
         if self._predictor is not None:
             row[at.slack : at.slack + 2] = self._predictor.slacks
-        row[at.slack + 2] = self._support_slack(observation)
+        row[at.slack + 2] = self._support.of(observation)
         if at.seen is not None:
             row[at.seen : at.seen + len(SEEN_CHANNELS)] = seen_row(observation, seen, self._robot.omega)
         if at.root is not None:
@@ -250,19 +249,6 @@ class Recording:
         found = admissible_polygons(self._regional, self._robot, x, push=index + 1, planes=(plane,))
         self.aside += time.perf_counter() - begin
         return found
-
-    def _support_slack(self, observation: Observation) -> float:
-        """Distance of the measured ZMP from the edge of the soles on the floor [m]; NaN without floor contact."""
-        feet = [foot for side in SIDES if (foot := observation.feet[side]).force > 0.0]
-        if not feet or math.isnan(observation.zmp[0]):
-            return math.nan
-        key = [value for foot in feet for value in (*foot.position[:2].tolist(), foot.yaw)]
-        known = self._support
-        if known is None or len(key) != len(known[0]) or max(map(abs, map(sub, key, known[0]))) > 1e-4:
-            sole = self._robot.sole_vertices["left"]
-            soles = [Foot(position=foot.position[:2], yaw=foot.yaw, sole=sole) for foot in feet]
-            self._support = known = key, support_polygon(soles)
-        return known[1].slack(observation.zmp)
 
 
 class _Columns:
