@@ -3,21 +3,51 @@
 from __future__ import annotations
 
 import importlib
+import json
+from pathlib import Path
 
 import pytest
 
 from tests.benchmarks import loop
-from tests.benchmarks.__main__ import LONG, NAMES
+from tests.benchmarks.__main__ import LONG, NAMES, WITHIN
 
 
 @pytest.mark.parametrize("name", NAMES + LONG)
 def test_a_benchmark_can_be_run_by_name(name: str) -> None:
-    assert callable(importlib.import_module(f"tests.benchmarks.{name}").main)
+    module, function = WITHIN.get(name, (name, "main"))
+    assert callable(getattr(importlib.import_module(f"tests.benchmarks.{module}"), function))
 
 
-def test_the_loop_has_its_table(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.fixture
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A loop of one short episode a layer."""
     monkeypatch.setattr(loop, "REPEATS", 1)
+    monkeypatch.setattr(loop, "SENSES", loop.SENSES[:1])
     monkeypatch.setattr(loop, "EPISODES", [(name, given | {"duration": 1.5}) for name, given in loop.EPISODES[:1]])
+
+
+@pytest.mark.usefixtures("short")
+def test_a_ratio_that_has_grown_is_told(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(loop, "KEPT", tmp_path / "loop.json")
+    loop.keep()
+    kept = json.loads(loop.KEPT.read_text(encoding="utf-8"))
+    (ratios,) = kept.values()
+    assert set(ratios) == {"standing, dynamics, exact", "standing, ik, exact"}
+    ratios["standing, ik, exact"] = 0.1
+    ratios["standing, dynamics, exact"] = 1000.0
+    loop.KEPT.write_text(json.dumps(kept), encoding="utf-8")
+    capsys.readouterr()
+    with pytest.raises(SystemExit) as ended:
+        loop.check()
+    assert ended.value.code == 1
+    assert "the loop of 'standing, ik, exact' costs" in (told := capsys.readouterr().out)
+    assert "dynamics" not in told
+
+
+@pytest.mark.usefixtures("short")
+def test_the_loop_has_its_table(capsys: pytest.CaptureFixture[str]) -> None:
     loop.main()
     told = capsys.readouterr().out
     for words in ("dynamics", "ik", "ratio", "real time"):

@@ -1,6 +1,6 @@
 """`python -m tests.benchmarks [NAME ...]`: the tables of `make bench`, all of `NAMES` if none is named.
 
-Those of `LONG` are made only when they are named: they take many minutes, or keep a record.
+Those of `LONG` are made only when they are named: they take many minutes, or keep a record, or compare with one.
 """
 
 from __future__ import annotations
@@ -10,7 +10,9 @@ import os
 import sys
 
 NAMES = ("sets", "loop", "sweep")
-LONG = ("recoverability", "bits")
+LONG = ("recoverability", "bits", "loop_kept", "loop_check")
+# What has its own name, and is a function of another benchmark's module.
+WITHIN = {"loop_kept": ("loop", "keep"), "loop_check": ("loop", "check")}
 
 if __name__ == "__main__":
     # Before numpy loads: thread pools cost more than they give at this size, and blur the times.
@@ -21,4 +23,5 @@ if __name__ == "__main__":
     if unknown:
         sys.exit(f"no benchmark {unknown[0]!r}; there are {', '.join(NAMES + LONG)}")
     for name in asked:
-        importlib.import_module(f"tests.benchmarks.{name}").main()
+        module, function = WITHIN.get(name, (name, "main"))
+        getattr(importlib.import_module(f"tests.benchmarks.{module}"), function)()

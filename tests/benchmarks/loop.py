@@ -1,24 +1,70 @@
-"""What the whole loop costs beside the bare physics, and how much faster than real time an episode runs."""
+"""What the whole loop costs beside the bare physics, and how much faster than real time an episode runs.
+
+python -m tests.benchmarks loop                  # the table
+python -m tests.benchmarks loop_kept             # writes the ratios to baselines/loop.json
+python -m tests.benchmarks loop_check            # exit code 1 if one has grown by a quarter since
+"""
 
 from __future__ import annotations
 
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
 import mujoco
-from rich.table import Table
 
 from models.arena import build_arena
 from models.robot import STAND, load_robot
 from scenarios.catalogue import load
 from scenarios.schema import Scenario
-from sim.episode.episode import run_episode
+from sim.episode.episode import EpisodeResult, run_episode
 from tests.benchmarks.timing import best_of, in_words, show, table
 
+KEPT = Path("baselines/loop.json")
+# A ratio that is larger than what was kept by this factor has grown, and not only on another machine.
+GROWN = 1.25
 # (name, overrides): standing on its own, then the paper's third push on an early clock with all that follows it.
 _THIRD = [{"start": 0.5, "direction": 0.0, "delta_v": 0.4}]
-EPISODES: tuple[tuple[str, dict[str, object]], ...] = (
+EPISODES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("standing", {"duration": 2.0}),
     ("pushed, stepping", {"duration": 4.0, "pushes": _THIRD}),
 )
+SENSES: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("exact", {}),
+    ("typical, 4 ms", {"preset": "typical", "latency": 0.004}),
+)
+LAYERS = ("dynamics", "ik")
 REPEATS = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """What a kind of episode costs.
+
+    Attributes:
+        name: of the episode, the layer and the senses.
+        result: of the first run.
+        bare: one mj_step of the standing robot, servos holding, nobody looking [s].
+        loop: one physics step of the loop [s].
+    """
+
+    name: tuple[str, str, str]
+    result: EpisodeResult
+    bare: float
+    loop: float
+
+    @property
+    def key(self) -> str:
+        """The name in one word."""
+        return ", ".join(self.name)
+
+    @property
+    def ratio(self) -> float:
+        """Loop to bare step."""
+        return self.loop / self.bare
 
 
 def bare_step(scenario: Scenario) -> float:
@@ -31,19 +77,21 @@ def bare_step(scenario: Scenario) -> float:
     return best_of(lambda: mujoco.mj_step(model, data, 500), repeats=3) / 500
 
 
-def _row(made: Table, name: str, scenario: Scenario) -> None:
-    # In turn, so that both sides of the ratio see the same neighbours on the machine.
-    bare, results = bare_step(scenario), []
-    for _ in range(REPEATS):
-        results.append(run_episode(scenario, polygons=False))
-        bare = min(bare, bare_step(scenario))
-    factor = max(result.real_time_factor for result in results)
-    loop = scenario.timing.physics / factor
-    outcome = results[0].outcome
-    made.add_row(
-        name, scenario.whole_body.short, outcome.result.value, str(outcome.steps_taken), in_words(bare), in_words(loop),
-        f"{loop / bare:.1f}", f"{factor:.1f}x",
-    )  # fmt: skip
+def costs() -> Iterator[Cost]:
+    """All kinds, one after another."""
+    quiet = load("quiet").as_dict()
+    for senses, sensing in SENSES:
+        for name, overrides in EPISODES:
+            for layer in LAYERS:
+                scenario = Scenario.model_validate(quiet | overrides | {"whole_body": layer, "sensing": sensing})
+                # In turn, so that both sides of the ratio see the same neighbours on the machine.
+                bare, results = bare_step(scenario), []
+                for _ in range(REPEATS):
+                    results.append(run_episode(scenario, polygons=False))
+                    bare = min(bare, bare_step(scenario))
+                factor = max(result.real_time_factor for result in results)
+                loop = scenario.timing.physics / factor
+                yield Cost(name=(name, layer, senses), result=results[0], bare=bare, loop=loop)
 
 
 def main() -> None:
@@ -51,13 +99,34 @@ def main() -> None:
     quiet = load("quiet")
     made = table(
         f"Whole loop, {1e3 * quiet.timing.physics:g} ms physics, {1e3 * quiet.timing.control:g} ms control, one core",
-        "episode", "whole body", "outcome", "steps", "bare mj_step", "loop a physics step", "ratio", "real time",
+        "episode", "whole body", "senses", "outcome", "steps", "bare mj_step", "loop a step", "ratio", "real time",
     )  # fmt: skip
-    for name, overrides in EPISODES:
-        for whole_body in ("dynamics", "ik"):
-            given = quiet.as_dict() | overrides | {"whole_body": whole_body}
-            _row(made, name, Scenario.model_validate(given))
+    for one in costs():
+        outcome, physics = one.result.outcome, quiet.timing.physics
+        made.add_row(
+            *one.name, outcome.result.value, str(outcome.steps_taken), in_words(one.bare), in_words(one.loop),
+            f"{one.ratio:.1f}", f"{physics / one.loop:.1f}x",
+        )  # fmt: skip
     show(made)
+
+
+def keep() -> None:
+    """Write the ratios of now."""
+    ratios = {one.key: round(one.ratio, 2) for one in costs()}
+    KEPT.write_text(json.dumps({"ratio to a bare mj_step": ratios}, indent=1) + "\n", encoding="utf-8")
+    print(KEPT)
+
+
+def check() -> None:
+    """Compare with the ratios that were kept; exit code 1 if one has grown, with a line for each that has."""
+    kept = json.loads(KEPT.read_text(encoding="utf-8"))["ratio to a bare mj_step"]
+    grown = [
+        f"the loop of {one.key!r} costs {one.ratio:.1f} bare steps a physics step; it was {kept[one.key]:.1f}"
+        for one in costs()
+        if one.ratio > GROWN * kept[one.key]
+    ]
+    print("\n".join(grown) or f"no ratio of {KEPT} has grown by more than {100 * (GROWN - 1):.0f} %")
+    sys.exit(bool(grown))
 
 
 if __name__ == "__main__":
