@@ -92,7 +92,8 @@ class Session:
         """Put up scene and panel, and the first episode."""
         self._server, self._scenario, self._robot = server, scenario, robot
         self._facts = robot_facts(robot)
-        self._scene = Scene(server, robot.path, self._facts, humanoid=scenario.world == "humanoid")
+        humanoid, ghost = scenario.world == "humanoid", not scenario.sensing.is_true
+        self._scene = Scene(server, robot.path, self._facts, humanoid=humanoid, ghost=ghost)
         self.panel = Panel(server, scenario, robot)
         self._every = max(1, round(1.0 / FPS / scenario.timing.control))
         self._seen_at = time.monotonic()

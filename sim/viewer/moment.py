@@ -13,7 +13,7 @@ from controllers.geometry.support_polygon import Foot, support_polygon
 from controllers.interface import Phase
 from models.arena import SIDES, Side, drawn_size
 from scenarios.push import Push
-from sim.record.trace import ROOT_CHANNELS
+from sim.record.trace import ROOT_CHANNELS, SEEN_CHANNELS
 from sim.viz.playback import LOADED
 from sim.viz.push_shapes import FADE, arc, arrow
 
@@ -28,6 +28,7 @@ class Moment:
         time: [s].
         cog: (3,) centre of gravity.
         dcm: (2,) cog + cog velocity / omega.
+        seen_cog: (3,) COG as the controllers see it about the loaded soles; NaN where they see the true one.
         zmp, zmp_command: (2,) measured and commanded ZMP; NaN where there is none.
         support: (n, 2) corners of the polygon of the soles that carry weight; None if none does.
         feet: side -> (4,) x, y, z and yaw [rad] of the sole.
@@ -42,6 +43,7 @@ class Moment:
     time: float
     cog: Array
     dcm: Array
+    seen_cog: Array
     zmp: Array
     zmp_command: Array
     support: Array | None
@@ -78,6 +80,7 @@ class Observer:
         self._time, self._phase, self._steps = at["time"], at["phase"], at["steps"]
         self._cog = [at[f"cog_{axis}"] for axis in "xyz"]
         self._velocity = [at[f"cog_v{axis}"] for axis in "xy"]
+        self._seen = [at[name] for name in SEEN_CHANNELS] if "seen_cog_x" in at else None
         self._zmp = [at[f"zmp_{axis}"] for axis in "xy"]
         self._command = [at[f"zmp_cmd_{axis}"] for axis in "xy"]
         self._slacks = at["regulator_slack"], at["tracking_slack"]
@@ -126,6 +129,7 @@ class Observer:
             time=float(row[self._time]),
             cog=cog,
             dcm=cog[:2] + row[self._velocity] / self._omega,
+            seen_cog=self._seen_cog(row),
             zmp=row[self._zmp],
             zmp_command=row[self._command],
             support=support_polygon(loaded).vertices if loaded else None,
@@ -137,6 +141,14 @@ class Observer:
             arrows=arrows,
             arcs=arcs,
         )
+
+    def _seen_cog(self, row: Array) -> Array:
+        """(3,) what is left of the DCM's error but for the velocity's is that of the COG; see `SEEN_CHANNELS`."""
+        if self._seen is None:
+            return np.full(3, np.nan)
+        seen = row[self._seen]
+        faster = seen[3:5] - row[self._velocity]
+        return np.append(row[self._cog[:2]] + seen[6:8] - faster / self._omega, seen[2])
 
     def _pushes(self, now: float, cog: Array) -> tuple[Array, Array]:
         arrows, arcs = [], []

@@ -40,7 +40,11 @@ def replay_page(trace: Trace, *, progress: Callable[[float], None] | None = None
     frames, acting = _frames(playback), _acting(playback)
     with served() as server:
         scene = Scene(
-            server, robot_path(playback.scenario.robot), trace.metadata["robot"], humanoid=playback.is_humanoid
+            server,
+            robot_path(playback.scenario.robot),
+            trace.metadata["robot"],
+            humanoid=playback.is_humanoid,
+            ghost=playback.seen is not None,
         )
         recorder = None
         seen = 0
@@ -97,7 +101,7 @@ def _labelled(page: str, playback: Playback) -> str:
     box = (
         '<div id="okiagari" style="position:fixed;left:.7em;bottom:4em;max-width:60%;padding:.5em .8em;z-index:5;'
         "font:14px/1.5 system-ui,sans-serif;color:#202226;background:rgba(255,255,255,.85);border-radius:4px;"
-        f'pointer-events:none"><b>{title}</b><br>{verdict}<br>{legend_html()}</div>'
+        f'pointer-events:none"><b>{title}</b><br>{verdict}<br>{legend_html(ghost=playback.seen is not None)}</div>'
     )
     head, body = page.split("</head>", 1)
     return f"{head}<title>{title}</title></head>{body.replace('</body>', f'{box}</body>', 1)}"

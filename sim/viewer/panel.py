@@ -80,7 +80,8 @@ class Panel:
             gui.add_button("Push now", color="violet").on_click(lambda _: self._wishes.put(Wish.PUSH))
         self._others = gui.add_button_group("", ("Pause", *_OTHERS), hint="Finish ends the episode and writes the run.")
         self._others.on_click(lambda event: self._wishes.put(_WISHES[event.target.value]))
-        gui.add_html(f'<div style="margin:0 1em;font-size:.75em">{legend_html()}</div>')
+        marks = legend_html(ghost=not scenario.sensing.is_true)
+        gui.add_html(f'<div style="margin:0 1em;font-size:.75em">{marks}</div>')
         for control in (self.direction, self.size):
             control.on_update(lambda _: self._say_push())
         self._say_push()

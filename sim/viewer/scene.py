@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.arena import SIDES, Side, build_arena, drawn_size
-from sim.record.palette import COG, DCM, PUSH, SUPPORT, ZMP, rgb
+from sim.record.palette import COG, DCM, PUSH, SEEN, SUPPORT, ZMP, rgb
 from sim.viewer.geoms import body_meshes
 from sim.viewer.moment import Moment
 
@@ -25,6 +25,8 @@ OPACITY = 0.5
 """Of the robot: what lies in it or under its soles must be seen."""
 LEGEND = (("COG", COG), ("DCM", DCM), ("ZMP", ZMP), ("ZMP command", ZMP), ("support", SUPPORT), ("push", PUSH))
 """What the marks are called."""
+GHOST = ("COG as seen", SEEN)
+"""What is marked besides where the controllers do not see the true state."""
 _HOLLOW = "ZMP command"
 _CORNERS = 8  # of the hull of two soles with four corners each, at most
 _PAINT = 0.001  # [m] above the floor
@@ -36,20 +38,28 @@ _FAN = np.array([(0, i, i + 1) for i in range(1, _CORNERS - 1)], dtype=np.uint32
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 
-def legend_html() -> str:
-    """What the marks mean, as HTML."""
+def legend_html(*, ghost: bool) -> str:
+    """What the marks mean, as HTML; `ghost`: whether the COG is marked as the controllers see it, too."""
     return "".join(
         '<span style="white-space:nowrap;margin-right:.9em"><span style="display:inline-block;width:.6em;height:.6em;'
         f"margin-right:.35em;border-radius:50%;border:2px solid {colour};"
         f'background:{"transparent" if name == _HOLLOW else colour}"></span>{name}</span>'
-        for name, colour in LEGEND
+        for name, colour in (*LEGEND, *((GHOST,) if ghost else ()))
     )
 
 
 class Scene:
     """Draws moments into viser's scene."""
 
-    def __init__(self, server: viser.ViserServer, robot_xml: Path, facts: Mapping[str, Any], *, humanoid: bool) -> None:
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        robot_xml: Path,
+        facts: Mapping[str, Any],
+        *,
+        humanoid: bool,
+        ghost: bool,
+    ) -> None:
         """Put up what does not change.
 
         Args:
@@ -57,6 +67,7 @@ class Scene:
             robot_xml: MJCF file of the robot.
             facts: of the robot, as in the metadata of a trace.
             humanoid: whether the body is drawn, or the pendulum.
+            ghost: whether the COG is marked as the controllers see it, too.
 
         Raises:
             InputError: if the robot's file cannot be read.
@@ -84,6 +95,7 @@ class Scene:
             )
             self._rod = self._line("/world/pendulum/leg", "#9aa0a8", 6.0)
         self._marks()
+        self._ghost = self._halo() if ghost else None
         self._place_camera()
 
     def draw(self, moment: Moment, words: str) -> None:
@@ -106,6 +118,12 @@ class Scene:
                     mark.visible = there
                 if there:
                     mark.position = (float(point[0]), float(point[1]), height)
+            if self._ghost is not None:
+                seen = bool(np.isfinite(moment.seen_cog).all())
+                if self._ghost.visible != seen:
+                    self._ghost.visible = seen
+                if seen:
+                    self._ghost.position = tuple(moment.seen_cog)
             for shapes, pieces in ((self._arrows, moment.arrows), (self._arcs, moment.arcs)):
                 there = bool(len(pieces))
                 if shapes.visible != there:
@@ -232,6 +250,16 @@ class Scene:
             visible=False,
         )
         self._words = add.add_label("/world/words", "", anchor="bottom-center", font_screen_scale=1.2)
+
+    def _halo(self) -> viser.IcosphereHandle:
+        return self._scene.add_icosphere(
+            "/world/cog_as_seen",
+            radius=0.024 * self._size,
+            color=rgb(SEEN),
+            opacity=0.4,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
 
     def _ball(self, name: str, radius: float, colour: str) -> viser.IcosphereHandle:
         return self._scene.add_icosphere(

@@ -21,7 +21,7 @@ Geom = mujoco.mjtGeom
 # Marks are drawn this fraction of the way from the camera to where they are, in proportion: in the picture that
 # is the same place and size, but no part of the robot can hide them.
 _XRAY = 0.4
-_XRAY_SUPPORT = 0.41  # the polygon lies just behind the other marks
+_XRAY_BEHIND = 0.41  # polygon and ghost lie just behind the other marks, which keep their colours
 _PUSHES_DRAWN = 16  # at once, the latest ones: a scene holds so many marks and no more
 _PAINT = 0.0006  # [m] above the floor
 _GRID, _GRID_REACH = 0.1, 15  # [m] between lines for a robot of size 1, and how many there are to each side
@@ -99,7 +99,7 @@ class Overlay:
         if corners is None:
             return
         points = np.column_stack([corners, np.full(len(corners), _PAINT)])
-        points = np.array([self._near(point, _XRAY_SUPPORT) for point in points])
+        points = np.array([self._near(point, _XRAY_BEHIND) for point in points])
         for a, b in pairwise(points[1:]):
             # MuJoCo's triangle is (0,0), (1,0), (0,1): two of its edges as columns make any other of it.
             matrix = np.column_stack([a - points[0], b - points[0], [0.0, 0.0, 1.0]]).ravel()
@@ -138,8 +138,8 @@ class Overlay:
     def _ghost(self, cog: Array, dcm: Array) -> None:
         """COG and DCM as the controllers see them: a halo that is off the true one by as much as they are."""
         if np.isfinite(cog).all():
-            radius = 0.024 * _XRAY * self._size
-            self._add(Geom.mjGEOM_SPHERE, [radius] * 3, self._near(cog), _rgba(SEEN, 0.4)).emission = 0.5
+            radius, place = 0.024 * _XRAY_BEHIND * self._size, self._near(cog, _XRAY_BEHIND)
+            self._add(Geom.mjGEOM_SPHERE, [radius] * 3, place, _rgba(SEEN, 0.4)).emission = 0.5
         self._circle(dcm, 0.017, _rgba(SEEN))
 
     def _push(self, tick: int) -> None:

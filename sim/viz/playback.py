@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 LOADED = 0.01
 """A sole that carries less than this fraction of the weight is being put down or lifted, not a support."""
+_BOUNCE = 0.05  # [s] that a sole is up between two contacts of one landing, at most
 # Times are sums of decimal fractions.
 _ROUNDING = 1e-9
 
@@ -134,6 +135,18 @@ class Playback:
         """The sole of `side`, as if flat."""
         x, y, _, yaw = self.feet[side][tick]
         return Foot(position=np.array([x, y]), yaw=float(yaw), sole=self.soles[side])
+
+    def touchdowns(self) -> list[float]:
+        """When a sole came down that had been up for longer than a bounce [s], in order."""
+        found = []
+        for on in self.supporting.values():
+            up = np.inf  # a sole that is down at the start has not come down
+            for before, now, time in zip(on[:-1], on[1:], self.time[1:], strict=True):
+                if before and not now:
+                    up = time
+                elif now and not before and time - up > _BOUNCE:
+                    found.append(float(time))
+        return sorted(found)
 
     def support(self, tick: int) -> Array | None:
         """(n, 2) corners of the polygon of the soles that carry weight [m]; None if none does."""

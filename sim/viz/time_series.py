@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from controllers.interface import Phase
 from models.arena import SIDES
@@ -18,13 +19,16 @@ from sim.record.palette import COG, FEET, PHASES, PUSH, SEEN, SUPPORT, ZMP, ZMP_
 from sim.viz.playback import Playback, PushMark, Seen
 from sim.viz.time_scale import NARROWER, TimeScale, time_scale
 
+Array = NDArray[np.float64]
+
 _FOOT_LINES: dict[str, Literal["-", "--"]] = {"left": "-", "right": "--"}
+_TOUCHDOWN: dict[str, Any] = {"color": FEET, "linestyle": (0, (1, 2)), "linewidth": 1.0, "zorder": 2}
 _LETTER, _LINES = 0.0072, 3  # of the time axis, for a letter of those words; and how many lines there is room for
 _WIDE_LABEL, _WIDE_NAME = 0.13, 0.11  # of the time axis, that a push's and a controller's words need
 
 
 def draw_course(figure: Figure, place: SubplotSpec, playback: Playback) -> None:
-    """Draw a strip with the active controller and, under it, x and y over time.
+    """Draw a strip with the active controller and, under it, x and y over time; then how far off both were seen, if so.
 
     Args:
         figure: to draw in.
@@ -32,7 +36,7 @@ def draw_course(figure: Figure, place: SubplotSpec, playback: Playback) -> None:
         playback: the episode.
     """
     halves = place.subgridspec(2, 1, height_ratios=(9.0, 0.6), hspace=0.19)
-    heights = (0.35, 4, 4) if playback.seen is None else (0.35, 3.4, 3.4, 1.5)
+    heights = (0.35, 4, 4) if playback.seen is None else (0.35, 3.1, 3.1, 1.4, 1.4)
     rows = halves[0].subgridspec(len(heights), 1, height_ratios=heights, hspace=0.13)
     strip = figure.add_subplot(rows[0])
     panels = [figure.add_subplot(rows[row], sharex=strip) for row in range(1, len(heights))]
@@ -45,7 +49,7 @@ def draw_course(figure: Figure, place: SubplotSpec, playback: Playback) -> None:
         if axis < 2:
             _draw_axis(panel, playback, axis)
         elif playback.seen is not None:
-            _draw_sight(panel, playback, playback.seen)
+            _draw_sight(panel, playback, *_sight(playback.seen)[axis - 2])
         for push in playback.pushes:
             panel.axvspan(push.start, push.end, color=PUSH, alpha=0.35, linewidth=0, zorder=1)
         if playback.outcome.time_of_fall is not None:
@@ -139,17 +143,27 @@ def _draw_axis(panel: Axes, playback: Playback, axis: int) -> None:
     panel.set_axisbelow(True)
 
 
-def _draw_sight(panel: Axes, playback: Playback, seen: Seen) -> None:
-    """How far off the controllers saw the DCM, before a fall."""
+def _sight(seen: Seen) -> tuple[tuple[Array, str], tuple[Array, str]]:
+    """How far off the controllers saw the DCM [mm] and the velocity of the COG [mm/s], (n, 2), and what these are."""
+    return (
+        (1000.0 * seen.dcm_error, "DCM seen\noff [mm]"),
+        (1000.0 * seen.velocity_error, "COG velocity\noff [mm/s]"),
+    )
+
+
+def _draw_sight(panel: Axes, playback: Playback, error: Array, words: str) -> None:
+    """How far off the controllers saw, (n, 2) along x and y, before a fall; and when feet came down."""
     fell = playback.outcome.time_of_fall
     shown = playback.time < (np.inf if fell is None else fell)
-    error = 1000.0 * seen.dcm_error[shown]
-    panel.plot(playback.time[shown], error[:, 0], color=SEEN, linestyle="-", linewidth=1.3, zorder=3)
-    panel.plot(playback.time[shown], error[:, 1], color=SEEN, linestyle="--", linewidth=1.1, zorder=3)
+    time, error = playback.time[shown], error[shown]
+    panel.plot(time, error[:, 0], color=SEEN, linestyle="-", linewidth=1.3, zorder=3)
+    panel.plot(time, error[:, 1], color=SEEN, linestyle="--", linewidth=1.1, zorder=3)
+    for touchdown in playback.touchdowns():
+        panel.axvline(touchdown, **_TOUCHDOWN)
     most = max(float(np.nanmax(np.abs(error), initial=0.0)), 0.1)
     panel.set_ylim(-1.15 * most, 1.15 * most)
     panel.axhline(0.0, color="#a0a0a0", linewidth=0.8, zorder=2)
-    panel.set_ylabel("DCM seen\noff [mm]", fontsize=10)
+    panel.set_ylabel(words, fontsize=9)
     panel.grid(color="#e4e4e4", linewidth=0.8)
     panel.set_axisbelow(True)
 
@@ -163,8 +177,10 @@ def _keys(playback: Playback) -> list[Line2D | Patch]:
         Patch(color=SUPPORT, alpha=0.22, label="support (extent)"),
     ]
     if playback.seen is not None:
-        keys.append(Line2D([], [], color=SEEN, linestyle="-", label="DCM seen off, x"))
-        keys.append(Line2D([], [], color=SEEN, linestyle="--", label="DCM seen off, y"))
+        keys.append(Line2D([], [], color=SEEN, linestyle="-", label="seen less true, x"))
+        keys.append(Line2D([], [], color=SEEN, linestyle="--", label="seen less true, y"))
+        if playback.touchdowns():
+            keys.append(Line2D([], [], label="foot comes down", **_TOUCHDOWN))
     if playback.pushes:
         keys.append(Patch(color=PUSH, alpha=0.35, label="push"))
     active = {phase for _, _, phase in playback.phases()}

@@ -39,6 +39,19 @@ def test_marks_are_those_of_the_video() -> None:
         np.testing.assert_array_equal(moment.pose, ROBOT.stand)
 
 
+def test_the_ghost_is_that_of_the_video() -> None:
+    trace = still_trace(RUN, cog_x=0.01, cog_vx=0.3, seen_cog_vx=0.32, dcm_error_x=0.007, dcm_error_y=-0.002)
+    seen = Playback(trace).seen
+    assert seen is not None
+    assert seen.cog[0, :2] == pytest.approx([0.01 + 0.007 - 0.02 / ROBOT.omega, -0.002])
+    for tick, moment in enumerate(watched(trace)):
+        np.testing.assert_allclose(moment.seen_cog, seen.cog[tick], rtol=0.0, atol=1e-12)  # sums in another order
+
+
+def test_who_sees_the_truth_has_no_ghost() -> None:
+    assert np.isnan(watched(still_trace(RUN))[0].seen_cog).all()
+
+
 def test_nothing_supports_one_who_flies() -> None:
     moment = watched(still_trace(RUN, left_force=0.0, right_force=0.0, zmp_x=np.nan, zmp_y=np.nan))[0]
     assert moment.support is None

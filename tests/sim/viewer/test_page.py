@@ -35,6 +35,13 @@ def test_needs_nothing_but_itself() -> None:
 
 
 @needs_viser
+def test_legend_names_what_the_controllers_see_if_it_is_not_the_truth() -> None:
+    run = scenario(duration=0.1)
+    assert "COG as seen" in replay_page(still_trace(run, dcm_error_x=0.01))
+    assert "COG as seen" not in replay_page(still_trace(run))
+
+
+@needs_viser
 @needs_chromium
 @pytest.mark.parametrize("world", ["humanoid", "pendulum"])
 def test_browser_shows_robot_and_marks(world: str, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
@@ -261,4 +262,23 @@ def test_how_far_off_the_controllers_saw_is_drawn_until_a_fall() -> None:
     assert max(np.max(line.get_ydata()) for line in lines) == pytest.approx(3.0)
     assert max(np.max(line.get_xdata()) for line in lines) < 0.61
     exact = episode_figure(Shown(still_trace(run)))
-    assert not any("DCM seen" in axes.get_ylabel() for axes in exact.axes)
+    assert not any("off [mm" in axes.get_ylabel() for axes in exact.axes)
+
+
+def test_how_far_off_the_velocity_was_seen_is_drawn_with_landings_and_pushes() -> None:
+    run = scenario(duration=1.0, pushes=[{"start": 0.1, "duration": 0.1, "direction": 0, "impulse": 0.1}])
+    half = ROBOT.mass * ROBOT.gravity / 2
+    # The left foot is up from 0.3 s to 0.5 s, bounces off for 20 ms, and the right one is never up.
+    force = half - during(run, 0.3, 0.5, half) - during(run, 0.52, 0.54, half)
+    figure = episode_figure(Shown(still_trace(run, seen_cog_vy=during(run, 0.6, 0.7, -0.02), left_force=force)))
+    (panel,) = [axes for axes in figure.axes if axes.get_ylabel() == "COG velocity\noff [mm/s]"]
+    curves = [line for line in panel.get_lines() if len(line.get_xdata()) > 2]
+    assert [(np.min(line.get_ydata()), np.max(line.get_ydata())) for line in curves] == [
+        (0.0, 0.0),
+        (pytest.approx(-20.0), 0.0),
+    ]
+    marks = [line.get_xdata()[0] for line in panel.get_lines() if list(line.get_ydata()) == [0, 1]]
+    assert marks == pytest.approx([0.5])
+    assert any(patch.get_facecolor()[:3] == pytest.approx(to_rgb(PUSH)) for patch in panel.patches)
+    words = [text.get_text() for axes in figure.axes if axes.get_legend() for text in axes.get_legend().get_texts()]
+    assert {"seen less true, x", "seen less true, y", "foot comes down"} <= set(words)
