@@ -39,6 +39,11 @@ def test_it_is_told() -> None:
     print_sections(sections(summarise(frame(rows()), sweep_facts(rows()))), Console(file=out, width=100))
     assert "What the controllers saw" in out.getvalue() or "Error of the DCM that was seen" in out.getvalue()
     assert "sensing typical, latency 0.004" in out.getvalue()
+    asked = "the sets were asked of the state that was seen"
+    assert asked in " ".join(out.getvalue().split())
+    exact = [row(lambda _: True)]
+    (prediction,) = (one for one in sections(summarise(frame(exact), sweep_facts(exact))) if one.key == "prediction")
+    assert not any(asked in note for note in prediction.notes)
 
 
 def test_the_report_draws_it_by_the_size_of_the_push() -> None:
