@@ -119,9 +119,9 @@ def envelope(
     """
     from sim.analysis.summary import summary_of, write_summary
     from sim.presenter.render import markdown
-    from sim.presenter.threshold_section import cases, cases_table, envelope_table
+    from sim.presenter.threshold_section import cases, cases_table, envelope_table, together_table
     from sim.report.envelope import ENVELOPE, chosen_case, write_envelope
-    from sim.report.envelopes_together import together_table, write_together
+    from sim.report.envelopes_together import read_named, shared, write_together
     from sim.results.table import read_sweep
 
     first, *others = folder
@@ -132,11 +132,14 @@ def envelope(
             raise InputError(f"--label: {len(labels)} for {len(folder)} sweeps; give one for each, or none")
         if case is not None:
             raise InputError("--case: does nothing with several sweeps, which must have one case each")
-        named = [(label, summary_of(each)) for label, each in zip(labels, folder, strict=True)]
-        write_together(named, path)
-        print(markdown(together_table(named)))
-        for each, (_, one) in zip(folder, named, strict=True):
-            tell_unfinished(one["episodes"], read_sweep(each))
+        sweeps = [read_named(label, each) for label, each in zip(labels, folder, strict=True)]
+        write_together(sweeps, path)
+        both = shared(sweeps)
+        print(markdown(together_table([(one.name, one.summary) for one in sweeps], both)))
+        if left_out := sorted({who for one in sweeps for who in one.summary["controllers"]} - {*both}):
+            print(f"okiagari: left out, for not all of the sweeps have them: {', '.join(left_out)}", file=sys.stderr)
+        for each, one in zip(folder, sweeps, strict=True):
+            tell_unfinished(one.summary["episodes"], read_sweep(each))
         print(path, file=sys.stderr)
         return
     if name:

@@ -27,7 +27,7 @@ _TOLD = (
     "it is said below. A yes or no is told by the sets alone. "
 )
 
-_SEEN = " Where the true state was not seen, the sets were asked of the state that was seen; what came of it is true."
+_SEEN = "Where the true state was not seen, the sets were asked of the state that was seen; what came of it is true."
 
 _MOST = 20.0
 """Logarithm of odds up to which they are told."""
@@ -66,7 +66,6 @@ def prediction_section(summary: Summary) -> Section | None:
             "maximal output admissible set of its controller: in the regulator's set, or in a tracking set if it "
             "steps. A humanoid's tracking sets are asked for slower feet and grown by a margin, both fitted to pushes "
             "that no suite uses; the pendulum's are asked as they are. Then the body does what it does."
-            f"{_SEEN if summary['sight'] else ''}"
         ),
         tables=(
             *_probability_table(summary, found["probability"]),
@@ -75,8 +74,9 @@ def prediction_section(summary: Summary) -> Section | None:
             Table(title="Recovery by where the state was", rows=tuple(regions), shown="page"),
             Table(title="Prediction by set and direction", rows=tuple(scores), shown="page"),
         ),
-        notes=tuple(
-            _slack_words(world, section["logistic"]) for world, section in found["slack"].items() if section["logistic"]
+        notes=(
+            *([_SEEN] if summary["sight"] else []),
+            *(_slack_words(world, one["logistic"]) for world, one in found["slack"].items() if one["logistic"]),
         ),
     )
 

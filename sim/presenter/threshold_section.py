@@ -12,6 +12,7 @@ from sim.presenter.who import Entry, Summary, by_controller, crash_words, first_
 FEW = 4
 """Cases that are shown one by one; more are condensed to their means."""
 _HOLES = 40  # shown at most
+_COLUMNS = 12  # directions that have a column each; of more, a table tells mean and worst
 _SCALES = {"delta_v": ("Δv", 2), "ever": ("ever", 2), "over_omega_d": ("/(ωd)", 2), "over_sqrt_gh": ("/√(gh)", 3)}
 
 
@@ -128,24 +129,59 @@ def holed_thresholds(summary: Summary, case: Entry) -> set[tuple[str, float]]:
 
 
 def envelope_table(summary: Summary, case: Entry) -> Table:
-    """The thresholds of one case in units of omega d, a column a direction, with means, worst direction and holes."""
+    """The thresholds of one case in units of omega d, with means, the least and holes: a row a controller.
+
+    Each direction has a column; of more than twelve only the least is told, with its direction.
+    """
     entries = _of_case(summary["robust"], case)
     ways = sorted({entry["direction_deg"] for entry in entries})
     rows, holed = [], holed_thresholds(summary, case)
     for name, own in by_controller(summary, entries).items():
-        at = {
-            entry["direction_deg"]: fixed(entry["over_omega_d"], capped=entry["capped"])
-            + (_HOLE if (name, entry["direction_deg"]) in holed else "")
-            for entry in own
-        }
-        row = {"Δv/(ωd)": label(summary, name)} | {degrees(way): at.get(way, "") for way in ways}
-        row |= dict(zip(("mean", "worst"), condensed(own, "over_omega_d"), strict=True))
+        row = {"Δv/(ωd)": label(summary, name)} | _over_directions(own, ways, {w for n, w in holed if n == name})
         row |= {"mean Δv/√(gh)": condensed(own, "over_sqrt_gh", 3)[0]}
         holes = sum(hole["controller"] == name for hole in _of_case(summary["holes"], case))
         rows.append(row | {"holes": str(holes)})
     notes: tuple[str, ...] = () if summary["first"] is None else (first_words(summary),)
-    notes += (HOLE_WORDS,) if holed else ()
+    notes += (HOLE_WORDS,) if holed and len(ways) <= _COLUMNS else ()
     return Table(title="Robust recoverable push", rows=tuple(rows), strong="mean", notes=notes)
+
+
+def together_table(sweeps: Sequence[tuple[str, Summary]], controllers: Sequence[str]) -> Table:
+    """The thresholds of several sweeps in units of omega d, as `envelope_table` has them: a row a controller and sweep.
+
+    Args:
+        sweeps: what each is called, and its summary.
+        controllers: whose thresholds.
+    """
+    ways = sorted({entry["direction_deg"] for _, summary in sweeps for entry in summary["robust"]})
+    rows = []
+    for controller in controllers:
+        for name, summary in sweeps:
+            own = by_controller(summary, summary["robust"])[controller]
+            holed = {hole["direction_deg"] for hole in summary["holes"] if hole["controller"] == controller}
+            row = {"Δv/(ωd)": f"{label(summary, controller)}, {name}"} | _over_directions(own, ways, holed)
+            rows.append(row | {"holes": str(summary["hole_counts"][controller])})
+    noted = len(ways) <= _COLUMNS and any(_HOLE in cell for row in rows for cell in row.values())
+    notes = (HOLE_WORDS,) if noted else ()
+    return Table(title="Robust recoverable push", rows=tuple(rows), strong="mean", notes=notes)
+
+
+def _over_directions(own: Sequence[Entry], ways: Sequence[float], holed: set[float]) -> dict[str, str]:
+    """Cells of a controller's thresholds: of each direction if they are few, their mean, and the least."""
+    at = {
+        entry["direction_deg"]: fixed(entry["over_omega_d"], capped=entry["capped"])
+        + (_HOLE if entry["direction_deg"] in holed else "")
+        for entry in own
+    }
+    few = len(ways) <= _COLUMNS
+    mean, worst = condensed(own, "over_omega_d")
+    row = {degrees(way): at.get(way, "") for way in ways} if few else {"directions": str(len(own))}
+    row |= {"mean": mean, "worst": worst}
+    if not few:
+        known = [(entry["over_omega_d"], entry["direction_deg"]) for entry in own if entry["over_omega_d"] is not None]
+        least = min(known, default=(None, None))[0]
+        row["worst at"] = ", ".join(degrees(way) for size, way in known if size == least) or MISSING
+    return row
 
 
 def cases_table(summary: Summary) -> Table:

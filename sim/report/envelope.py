@@ -23,8 +23,7 @@ ENVELOPE = "envelope.png"
 _NEIGHBOURS = 60.0  # [deg] between directions that a line may join
 _ARC = 12.0  # [deg] to either side of one that none joins
 _NO_STEP = "no step"
-COMPASS = {0.0: "forward", 90.0: "left", 180.0: "back", 270.0: "right"}
-"""Directions that have a name."""
+_COMPASS = {0.0: "forward", 90.0: "left", 180.0: "back", 270.0: "right"}
 
 Summary = dict[str, Any]
 
@@ -92,34 +91,39 @@ def draw_envelope(summary: Summary, case: dict[str, Any], *, normalised: bool, k
     """
     figure = Figure(figsize=(WIDTH, 4.55), layout="constrained")
     axes = cast(PolarAxes, figure.add_subplot(projection="polar"))
-    axes.set_theta_zero_location("N")
     _draw_limits(axes, summary, case, normalised, koolen)
     holed = holed_thresholds(summary, case)
     for name, own in _thresholds(summary, case).items():
         look = summary["controllers_shown"][name]
         around, values = [one["direction_deg"] for one in own], [_size(one, normalised) for one in own]
         marker: dict[str, Any] = {"marker": look["marker"], "markersize": 4, "label": legend_label(look["label"])}
-        _ring(axes, around, values, color=look["colour"], fill=True, **marker)
+        ring(axes, around, values, color=look["colour"], fill=True, **marker)
         ever = [one["ever_over_omega_d" if normalised else "ever"] or 0.0 for one in own]
-        ring: dict[str, Any] = {"s": 16, "facecolors": "none", "linewidths": 0.9, "zorder": 4}
-        axes.scatter(np.radians(around), ever, edgecolors=look["colour"], **ring)
+        hollow: dict[str, Any] = {"s": 16, "facecolors": "none", "linewidths": 0.9, "zorder": 4}
+        axes.scatter(np.radians(around), ever, edgecolors=look["colour"], **hollow)
         for one, value in zip(own, values, strict=True):
             if (name, one["direction_deg"]) in holed:
                 _mark_hole(axes, one["direction_deg"], value, look["colour"])
     axes.scatter([], [], s=16, facecolors="none", edgecolors=FAINT, label="largest ever recovered")
     if holed:
         axes.plot([], [], linestyle="", marker="$*$", color=FAINT, label="above a hole")
-    ticks = np.arange(0, 360, 45)
-    axes.set_thetagrids(ticks, [COMPASS.get(float(tick), f"{tick}°") for tick in ticks])
-    axes.set_rlabel_position(22.5)
-    axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
-    axes.spines["polar"].set_visible(False)
-    axes.tick_params(axis="y", labelsize=7.5, labelcolor=SOFT)
+    dress(axes)
     title = case_words(case) or ("Δv/(ωd)" if normalised else "Δv [m/s]")
     # Of the figure: a title of polar axes is cut off when the outermost ring is far out.
     figure.suptitle(title, fontsize=10, fontweight="bold")
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, handlelength=2.4)
     return figure
+
+
+def dress(axes: PolarAxes) -> None:
+    """Turn the front upward, name eight directions, and keep the rings few and quiet."""
+    axes.set_theta_zero_location("N")
+    ticks = np.arange(0, 360, 45)
+    axes.set_thetagrids(ticks, [_COMPASS.get(float(tick), f"{tick}°") for tick in ticks])
+    axes.set_rlabel_position(22.5)
+    axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    axes.spines["polar"].set_visible(False)
+    axes.tick_params(axis="y", labelsize=7.5, labelcolor=SOFT)
 
 
 def _mark_hole(axes: PolarAxes, degrees: float, value: float, colour: str) -> None:
@@ -135,6 +139,12 @@ def _size(one: dict[str, Any], normalised: bool) -> float:
     return float(one["over_omega_d" if normalised else "delta_v"] or 0.0)
 
 
+def no_step_circle(axes: PolarAxes) -> None:
+    """Draw the limit without a step where sizes are in units of omega d."""
+    circle = np.linspace(0.0, 2.0 * np.pi, 181)
+    axes.plot(circle, np.ones_like(circle), linestyle="--", label=_NO_STEP, color=INK, linewidth=1.0)
+
+
 def _draw_limits(axes: PolarAxes, summary: Summary, case: dict[str, Any], normalised: bool, koolen: bool) -> None:
     robot = case.get("robot", summary["robots"][0])
     limits = sorted((one for one in summary["limits"] if one["robot"] == robot), key=lambda one: one["direction_deg"])
@@ -144,19 +154,18 @@ def _draw_limits(axes: PolarAxes, summary: Summary, case: dict[str, Any], normal
     look: dict[str, Any] = {"color": INK, "linewidth": 1.0}
     unit = np.array([limit["no_step_delta_v"] if normalised else 1.0 for limit in limits])
     if normalised:
-        circle = np.linspace(0.0, 2.0 * np.pi, 181)
-        axes.plot(circle, np.ones_like(circle), linestyle="--", label=_NO_STEP, **look)
+        no_step_circle(axes)
     else:
-        _ring(axes, angles, [limit["no_step_delta_v"] for limit in limits], linestyle="--", label=_NO_STEP, **look)
+        ring(axes, angles, [limit["no_step_delta_v"] for limit in limits], linestyle="--", label=_NO_STEP, **look)
     most = min(len(limit["n_step_delta_v"]) for limit in limits) if koolen else 0
     for count, dashes in zip(sorted({1, most}) if most else [], (":", "-."), strict=False):
         steps = np.array([limit["n_step_delta_v"][count - 1] for limit in limits])
         words = f"{count} step{'s' if count > 1 else ''} (Koolen)"
-        _ring(axes, angles, steps / unit, linestyle=dashes, label=words, **look)
+        ring(axes, angles, steps / unit, linestyle=dashes, label=words, **look)
 
 
-def _ring(axes: PolarAxes, degrees: Sequence[float], values: Any, *, fill: bool = False, **look: Any) -> None:
-    """A line from direction to direction, or, where these lie far apart, a short arc at each."""
+def ring(axes: PolarAxes, degrees: Sequence[float], values: Any, *, fill: bool = False, **look: Any) -> None:
+    """Draw a line from direction to direction, or, where these lie far apart, a short arc at each."""
     marker, size, label = look.pop("marker", None), look.pop("markersize", None), look.pop("label")
     closed = [*degrees, degrees[0] + 360.0]
     if max(np.diff(closed)) <= _NEIGHBOURS:

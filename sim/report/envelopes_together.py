@@ -2,115 +2,143 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import MaxNLocator
 
 from models.errors import InputError
-from sim.presenter.formatting import condensed, degrees, fixed
-from sim.presenter.tables import Table
+from sim.analysis.summary import summary_of
 from sim.presenter.threshold_section import cases
-from sim.presenter.who import by_controller, label
-from sim.report.envelope import COMPASS
-from sim.report.style import INK, SOFT, WIDTH, legend_label, write_picture
+from sim.presenter.who import by_controller
+from sim.report.envelope import dress, no_step_circle, ring
+from sim.report.style import WIDTH, legend_label, write_picture
+from sim.results.table import SUITE, read_sweep
 
 Summary = dict[str, Any]
 
 _LINES: tuple[str, ...] = ("-", "--", ":", "-.")
-_FEW = 12  # directions that have a column each
+_COLOURS = ("#c2570c", "#7b3fa0", "#00808c")  # of the sweeps after the first, if all are of one controller
+_HOW = ("body", "direction", "delta_v", "impulse", "relative", "duration", "start", "height")
+_WIDE = 26  # letters of a label that leave no room for another beside it
 
 
-def check_alike(named: Sequence[tuple[str, Summary]]) -> None:
-    """Refuse sweeps whose thresholds cannot be laid over each other.
+@dataclass(frozen=True, kw_only=True)
+class NamedSweep:
+    """A sweep among others.
 
-    Args:
-        named: what each sweep is called, and its summary.
+    Attributes:
+        name: what it is called in picture and table.
+        summary: its summary.
+        pushes: what of its suite says how the robot is pushed, words -> value.
+    """
+
+    name: str
+    summary: Summary
+    pushes: dict[str, Any]
+
+
+def read_named(name: str, folder: Path) -> NamedSweep:
+    """Read a sweep's folder.
 
     Raises:
-        InputError: if there are more than four, two have one name, or suite, robot or cases differ.
+        InputError: if it cannot be read.
     """
-    if len(named) > len(_LINES):
-        raise InputError(f"at most {len(_LINES)} sweeps can be told apart in one picture; {len(named)} were given")
-    names = [name for name, _ in named]
+    summary, sweep, path = summary_of(folder), read_sweep(folder), folder / SUITE
+    try:
+        suite = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        raise InputError(f"{path}: cannot be read; it is written by okiagari sweep") from None
+    axes = suite.get("axes", {})
+    pushes = {f"axis {axis}": axes.get(axis) for axis in _HOW}
+    pushes |= {what: suite.get(what) for what in ("replicas", "replica", "adaptive", "first", "after", "random")}
+    return NamedSweep(name=name, summary=summary, pushes=pushes | {"robot's file": sweep.get("robots")})
+
+
+def check_alike(sweeps: Sequence[NamedSweep]) -> None:
+    """Refuse sweeps whose thresholds cannot be laid over each other.
+
+    Raises:
+        InputError: if there are more than four, two have one name, or suite, robot, world, pushes or cases differ, or
+            no controller is in all of them.
+    """
+    if len(sweeps) > len(_LINES):
+        raise InputError(f"at most {len(_LINES)} sweeps can be told apart in one picture; {len(sweeps)} were given")
+    names = [one.name for one in sweeps]
     if len(set(names)) < len(names):
         raise InputError(f"--label: {', '.join(map(repr, names))} must differ")
-    (first, reference), *others = named
-    for name, summary in named:
-        if len(cases(summary)) != 1:
-            raise InputError(f"{name}: {len(cases(summary))} cases; sweeps of one case each can be drawn together")
-    for name, summary in others:
-        for what, mine, its in (
-            ("suite", reference["suite"], summary["suite"]),
-            ("robot", reference["robots"], summary["robots"]),
-            ("case", cases(reference), cases(summary)),
-        ):
+    for one in sweeps:
+        if (count := len(cases(one.summary))) != 1:
+            raise InputError(f"{one.name}: {count} cases; sweeps of one case each can be drawn together")
+    first, *others = sweeps
+    for one in others:
+        for what, mine, its in _compared(first, one):
             if mine != its:
-                raise InputError(f"{name}: its {what} is {its!r}, that of {first} is {mine!r}; they must be the same")
+                raise InputError(
+                    f"{one.name}: its {what} is {its!r}, that of {first.name} is {mine!r}; they must be the same"
+                )
+        for what, mine in first.pushes.items():
+            if one.pushes[what] != mine:
+                raise InputError(f"{one.name}: its {what} is not that of {first.name}; they must be the same")
+    if not shared(sweeps):
+        raise InputError(f"no controller is in all of {', '.join(names)}")
 
 
-def write_together(named: Sequence[tuple[str, Summary]], path: Path) -> None:
+def shared(sweeps: Sequence[NamedSweep]) -> list[str]:
+    """The controllers that have thresholds in all of the sweeps, in the order of the first."""
+    found = [by_controller(one.summary, one.summary["robust"]) for one in sweeps]
+    return [name for name in found[0] if all(name in own for own in found)]
+
+
+def _compared(first: NamedSweep, other: NamedSweep) -> Iterator[tuple[str, Any, Any]]:
+    for what, key in (("suite", "suite"), ("robot", "robots"), ("world", "worlds")):
+        yield what, first.summary[key], other.summary[key]
+    yield "case", cases(first.summary), cases(other.summary)
+
+
+def write_together(sweeps: Sequence[NamedSweep], path: Path) -> None:
     """Draw the envelopes in units of omega d, a kind of line a sweep.
 
     Raises:
         InputError: see `check_alike`, or if the file cannot be written.
     """
-    check_alike(named)
-    write_picture(lambda: draw_together(named), path, "--out")
+    check_alike(sweeps)
+    write_picture(lambda: draw_together(sweeps), path, "--out")
 
 
-def draw_together(named: Sequence[tuple[str, Summary]]) -> Figure:
-    """The picture: seen from above, front upward; the limit without a step is the circle at 1."""
+def draw_together(sweeps: Sequence[NamedSweep]) -> Figure:
+    """Draw the controllers that all sweeps have: seen from above, front upward; the circle at 1 is the no-step limit.
+
+    Lines differ by sweep and colours by controller; of a single controller colours differ by sweep, too.
+    """
+    names = shared(sweeps)
     figure = Figure(figsize=(WIDTH, 4.9), layout="constrained")
     axes = cast(PolarAxes, figure.add_subplot(projection="polar"))
-    axes.set_theta_zero_location("N")
-    circle = np.linspace(0.0, 2.0 * np.pi, 181)
-    axes.plot(circle, np.ones_like(circle), linestyle=(0, (1, 3)), color=INK, linewidth=1.0, label="no step")
-    for line, (name, summary) in zip(_LINES, named, strict=False):
-        for controller, own in by_controller(summary, summary["robust"]).items():
-            look = summary["controllers_shown"][controller]
-            ways = [math.radians(one["direction_deg"]) for one in own]
-            sizes = [one["over_omega_d"] or 0.0 for one in own]
-            words = legend_label(f"{look['label']}, {name}")
-            axes.plot(
-                [*ways, ways[0]],
-                [*sizes, sizes[0]],
-                linestyle=line,
+    no_step_circle(axes)
+    longest = 0
+    for i, one in enumerate(sweeps):
+        for controller, own in by_controller(one.summary, one.summary["robust"]).items():
+            if controller not in names:
+                continue
+            look = one.summary["controllers_shown"][controller]
+            words = legend_label(f"{look['label']}, {one.name}")
+            longest = max(longest, len(words))
+            ring(
+                axes,
+                [each["direction_deg"] for each in own],
+                [each["over_omega_d"] or 0.0 for each in own],
+                linestyle=_LINES[i],
+                linewidth=1.5,
                 marker=look["marker"],
                 markersize=3.2,
-                linewidth=1.5,
-                color=look["colour"],
+                color=_COLOURS[i - 1] if i and len(names) == 1 else look["colour"],
                 label=words,
             )
-    ticks = np.arange(0, 360, 45)
-    axes.set_thetagrids(ticks, [COMPASS.get(float(tick), f"{tick}°") for tick in ticks])
-    axes.set_rlabel_position(22.5)
-    axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
-    axes.spines["polar"].set_visible(False)
-    axes.tick_params(axis="y", labelsize=7.5, labelcolor=SOFT)
+    dress(axes)
     figure.suptitle("Largest robust push, Δv/(ωd)", fontsize=10, fontweight="bold")
-    figure.legend(loc="outside lower center", ncols=2, fontsize=8, handlelength=3.2)
+    figure.legend(loc="outside lower center", ncols=1 if longest > _WIDE else 2, fontsize=8, handlelength=3.2)
     return figure
-
-
-def together_table(named: Sequence[tuple[str, Summary]]) -> Table:
-    """The thresholds in units of omega d: a row a sweep and controller; of many directions mean and worst only."""
-    rows = []
-    every = sorted({one["direction_deg"] for _, summary in named for one in summary["robust"]})
-    for name, summary in named:
-        for controller, own in by_controller(summary, summary["robust"]).items():
-            at = {one["direction_deg"]: fixed(one["over_omega_d"], capped=one["capped"]) for one in own}
-            row = {"Δv/(ωd)": f"{label(summary, controller)}, {name}"}
-            if len(every) <= _FEW:
-                row |= {degrees(way): at.get(way, "") for way in every}
-            row |= dict(zip(("mean", "worst"), condensed(own, "over_omega_d"), strict=True))
-            known = [one for one in own if one["over_omega_d"] is not None]
-            least = min(known, key=lambda one: one["over_omega_d"], default=None)
-            row |= {"worst at": "" if least is None else degrees(least["direction_deg"]), "directions": str(len(own))}
-            rows.append(row)
-    return Table(title="Robust recoverable push", rows=tuple(rows), strong="mean")

@@ -14,7 +14,6 @@ from PIL import Image
 from models.errors import InputError
 from sim.analysis.summary import summarise, write_summary
 from sim.report.envelope import ENVELOPE, draw_envelope, envelopes, write_envelope
-from sim.report.envelopes_together import check_alike, together_table
 from tests.sim.analysis.sweep_tables import (
     CONTROLLERS,
     OMEGA,
@@ -146,44 +145,22 @@ def test_without_levels_there_is_no_envelope(tmp_path: Path) -> None:
         call("envelope", folder)
 
 
-def test_two_sweeps_are_laid_over_each_other(sweep: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    def weaker(asked: Mapping[str, Any]) -> bool:
-        return bool(asked["delta_v"] <= 0.6 * LIMITS[asked["controller"]] * OMEGA * edge(asked["direction_deg"]))
+def test_of_many_directions_the_table_tells_the_least_and_where(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def weak_at_75(asked: Mapping[str, Any]) -> bool:
+        limit = 1.2 if asked["direction_deg"] == 75.0 else 2.5
+        return bool(asked["delta_v"] <= limit * OMEGA * edge(asked["direction_deg"]))
 
-    other = folder_of(tmp_path / "late", adaptive(weaker))
-    path = tmp_path / "both.png"
-    assert call("envelope", sweep, other, "--label", "exact", "--label", "late", "--out", path) == 0
-    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
-    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
-    assert [line[0] for line in cells[2:]][::3] == ["supervisor, exact", "supervisor, late"]
-    mean = cells[0].index("mean")
-    assert float(cells[2][mean].strip("*")) > 1.5 * float(cells[5][mean].strip("*"))
-    assert np.asarray(Image.open(path)).std() > 5.0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--label", "one"], "--label: 1 for 2 sweeps"),
-        (["--label", "one", "--label", "one"], "must differ"),
-        (["--case", "x"], "--case: does nothing with several sweeps"),
-    ],
-)
-def test_sweeps_that_cannot_be_told_apart_are_refused(sweep: Path, arguments: list[str], words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        call("envelope", sweep, sweep, *arguments)
-
-
-def test_sweeps_of_two_suites_are_not_laid_over_each_other(sweep: Path) -> None:
-    summary = write_summary(sweep)
-    with pytest.raises(InputError, match=r"b: its suite is 'other'"):
-        check_alike([("a", summary), ("b", summary | {"suite": "other"})])
-
-
-def test_many_directions_have_no_column_each(sweep: Path) -> None:
-    summary = write_summary(sweep)
-    own = [one for one in summary["robust"] if one["controller"] == "supervisor"]
-    many = [one | {"direction_deg": one["direction_deg"] + turn} for one in own for turn in (0.0, 15.0, 30.0)]
-    (row,) = together_table([("many", summary | {"robust": many})]).rows
-    assert set(row) == {"Δv/(ωd)", "mean", "worst", "worst at", "directions"}
-    assert row["directions"] == "24"
+    ways = [float(way) for way in range(0, 360, 15)]
+    folder = folder_of(tmp_path / "many", adaptive(weak_at_75, controllers=["supervisor"], directions=ways))
+    assert call("envelope", folder) == 0
+    head, _, row = (line for line in capsys.readouterr().out.splitlines() if line.startswith("|"))
+    told = dict(zip(*([cell.strip() for cell in line.strip("|").split("|")] for line in (head, row)), strict=True))
+    assert list(told) == ["Δv/(ωd)", "directions", "mean", "worst", "worst at", "mean Δv/√(gh)", "holes"]
+    assert (told["directions"], told["worst at"]) == ("24", "75°")
+    assert float(told["worst"]) < 1.2 < 2.0 < float(told["mean"].strip("*"))
+    (axes,) = draw_envelope(write_summary(folder), {}, normalised=True, koolen=False).axes
+    assert [label.get_text() for label in axes.get_xticklabels()] == [
+        *("forward", "45°", "left", "135°", "back", "225°", "right", "315°")
+    ]
