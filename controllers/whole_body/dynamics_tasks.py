@@ -13,7 +13,8 @@ HEIGHT_STIFFNESS, HEIGHT_DAMPING = 200.0, 28.0
 SWING_POSITION, SWING_ORIENTATION = (900.0, 60.0), (400.0, 40.0)
 STANCE_POSITION, STANCE_ORIENTATION = (0.0, 20.0), (400.0, 40.0)
 TRUNK_GAINS, POSTURE_GAINS = (100.0, 20.0), (100.0, 20.0)
-# Weights of what is kept small: a sole's force, on top of it its part along the sole, its moments; the joints' torques.
+# Weights of what is kept small: a sole's force, on top of it its parts that placo calls tangential (y and z of the
+# sole's frame), its moments; the joints' torques.
 FORCE_WEIGHT, TANGENTIAL_WEIGHT, MOMENT_WEIGHT = 1e-4, 1e-4, 1e-2
 TORQUE_WEIGHT = 1e-4
 # The solver's soles are a little smaller than the real ones, so that what it plans does not tip them.

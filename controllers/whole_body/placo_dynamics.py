@@ -53,9 +53,7 @@ class PlacoDynamics:
             self._feet[side], self._contacts[side] = foot, contact
         self._position = {side: self._feet[side].position() for side in SIDES}
         self._orientation = {side: self._feet[side].orientation() for side in SIDES}
-        body = body_tasks(
-            solver, robot, cog=tasks.COG_WEIGHT, trunk=tasks.TRUNK_WEIGHT, posture=tasks.POSTURE_WEIGHT
-        )
+        body = body_tasks(solver, robot, cog=tasks.COG_WEIGHT, trunk=tasks.TRUNK_WEIGHT, posture=tasks.POSTURE_WEIGHT)
         self._cog = body.cog
         self._cog.kp = self._cog.kd = 0.0
         body.trunk.kp, body.trunk.kd = tasks.slowed(tasks.TRUNK_GAINS, robot)
@@ -103,9 +101,7 @@ class PlacoDynamics:
             self._contacts[side].active = reference.stance
             weight = tasks.STANCE_WEIGHT if reference.stance else tasks.SWING_WEIGHT
             self._feet[side].configure(f"{side}_foot", "soft", weight, tasks.STANCE_WEIGHT)
-            orientation.kp, orientation.kd = (
-                tasks.STANCE_ORIENTATION if reference.stance else tasks.SWING_ORIENTATION
-            )
+            orientation.kp, orientation.kd = tasks.STANCE_ORIENTATION if reference.stance else tasks.SWING_ORIENTATION
             if reference.stance:
                 position.kp, position.kd = tasks.STANCE_POSITION
                 position.dtarget_world = position.ddtarget_world = np.zeros(3)
