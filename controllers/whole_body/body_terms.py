@@ -23,7 +23,7 @@ class BodyTerms:
         jacobian: (6, 6 + n) spatial velocity of each joint, linear above angular, at the world's origin.
         ankles: rotation (3, 3) and position (3,) [m] of the last joint of the left and of the right leg.
         soles: (2, 12) of the left and of the right sole in that joint's frame: rotation by rows, position [m].
-        chains: (2, 6) velocities of the leg's joints, from the hip to the ankle, as indices into `qd`.
+        chains: (2, joints of a leg) velocities from the trunk to the ankle, as indices into `qd`.
     """
 
     def __init__(self, robot: Robot, model: pinocchio.Model) -> None:
