@@ -40,7 +40,13 @@ LAYERS: tuple[tuple[str, ...], ...] = (
 )
 # Who of a lower layer is a stranger all the same.
 FEWER = {
-    "controllers.whole_body": {"models", "controllers.compiled", "controllers.interface", "controllers.registry"},
+    "controllers.whole_body": {
+        "models",
+        "controllers.compiled",
+        "controllers.fields",
+        "controllers.interface",
+        "controllers.registry",
+    },
     "scenarios": {
         "models",
         "controllers.admissible",

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from controllers.interface import BalanceCommand, FootReference, JointTargets, Observation, WholeBodyLayer
-from controllers.registry import LAYERS, NoOptions
+from controllers.registry import LAYERS
 from models.arena import SIDES
 from models.robot import Robot, load_robot
 from scenarios.catalogue import load
 from sim.episode.humanoid_world import HumanoidWorld
 
-SOLVERS = ("dynamics", "ik")
+SOLVERS = ("dynamics", "placo", "ik")
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,10 @@ def world(robot: Robot) -> HumanoidWorld:
 
 
 def make_layer(name: str, robot: Robot) -> WholeBodyLayer:
-    layer: WholeBodyLayer = LAYERS.entry(name).cls(robot, 0.002, NoOptions())
+    """A layer by its name; "placo" is `dynamics` solved by placo alone."""
+    entry = LAYERS.entry("dynamics" if name == "placo" else name)
+    options = entry.options.model_validate({"solver": "placo"} if name == "placo" else {})
+    layer: WholeBodyLayer = entry.cls(robot, 0.002, options)
     return layer
 
 
