@@ -92,11 +92,11 @@ class Guard:
         if not isinstance(value, np.ndarray) or value.shape != shape:
             given = f"has shape {value.shape}" if isinstance(value, np.ndarray) else f"is {_kind(value)}"
             self._refuse(tick, field, f"{given}; it must be an array of shape {shape}")
-        # What has a finite square is finite; to look at each number takes several times as long.
-        if math.isfinite(value.dot(value)) or np.isfinite(value).all():
+        # A sum of squares is finite only of finite numbers, and takes a sixth of the time.
+        if value.dtype == np.float64 and math.isfinite(value.dot(value)):
             return
         # Nobody can answer a state that is not finite; the episode ends at it.
-        if np.isfinite(observation.cog).all():
+        if not np.isfinite(value).all() and np.isfinite(observation.cog).all():
             self._refuse(tick, field, f"{np.asarray(value).tolist()} is not finite")
 
     def _refuse(self, tick: int, field: str, why: str) -> NoReturn:

@@ -41,6 +41,11 @@ from sim.record.versions import commit, versions
 
 Array = NDArray[np.float64]
 
+# What a tick's row says of a force that is not there, of where it acts, and of a point of the plane that nobody names.
+_NO_FORCE = (0.0, 0.0, 0.0)
+_NOWHERE = (math.nan, math.nan, math.nan)
+_NO_POINT = (math.nan, math.nan)
+
 
 class Recording:
     """The record of one episode, filled tick by tick.
@@ -126,36 +131,37 @@ class Recording:
         """
         at, row = self._at, self._recorder.row()
         self._row, self._acting = row, {}
-        row[at.push : at.push + 3] = 0.0
-        x = observation.balance_state()
-        row[at.time] = observation.time
-        row[at.cog : at.cog + 3] = observation.cog
-        row[at.cog + 3 : at.cog + 6] = observation.cog_velocity
-        row[at.zmp : at.zmp + 2] = observation.zmp
         stands = self._steps.standing(observation, action)
         if isinstance(action, BalanceCommand):
-            row[at.zmp + 2 : at.zmp + 4] = action.zmp
-            phase = action.phase
+            command, phase = action.zmp.tolist(), action.phase
         else:
-            phase = Phase.STANDING if all(stands.values()) else Phase.STEPPING
+            command, phase = _NO_POINT, Phase.STANDING if all(stands.values()) else Phase.STEPPING
+        feet: list[float] = []
         for side in SIDES:
-            foot, column = observation.feet[side], at.feet[side]
-            row[column : column + 3] = foot.position
-            row[column + 3] = foot.yaw
-            row[column + 4] = foot.force
-            row[column + 5] = stands[side]
-        row[at.tilt] = condition.trunk_tilt
-        row[at.tilt + 1] = condition.other_contact
-        row[at.phase] = phase.value
-        row[at.phase + 1] = self._steps.see(stands)
-        if self._predictor is not None:
-            row[at.slack : at.slack + 2] = self._predictor.slacks
-        row[at.slack + 2] = self._support.of(observation)
+            foot = observation.feet[side]
+            feet += (*foot.position.tolist(), foot.yaw, foot.force, stands[side])
+        # In the order of the channels, for one assignment takes a tenth of the time of thirty.
+        row[: at.effort] = (
+            observation.time,
+            *observation.cog.tolist(),
+            *observation.cog_velocity.tolist(),
+            *observation.zmp.tolist(),
+            *command,
+            *feet,
+            condition.trunk_tilt,
+            condition.other_contact,
+            *_NO_FORCE,
+            *_NOWHERE,
+            phase.value,
+            self._steps.see(stands),
+            *(_NO_POINT if self._predictor is None else self._predictor.slacks),
+            self._support.of(observation),
+        )
         if at.seen is not None:
             row[at.seen : at.seen + len(SEEN_CHANNELS)] = seen_row(observation, seen, self._robot.omega)
         if at.root is not None:
             row[at.root :] = observation.configuration
-        self._note_ended_pushes(observation, x)
+        self._note_ended_pushes(observation)
         return self._early.update(row)
 
     def push_added(self, scenario: Scenario) -> None:
@@ -225,11 +231,12 @@ class Recording:
             records.append(push_record(push, self._robot, delivered, ended=ended, chosen=chosen))
         return records
 
-    def _note_ended_pushes(self, observation: Observation, x: Array) -> None:
+    def _note_ended_pushes(self, observation: Observation) -> None:
         pushes = self._scenario.pushes
         for index, push in enumerate(pushes):
             if index in self._ended or observation.time < push.end - 1e-9:
                 continue
+            x = observation.balance_state()
             ended: dict[str, Any] = {"velocity": tuple(observation.cog_velocity.tolist())}
             if self._predictor is not None:
                 said = self._predictor.predict()
@@ -256,10 +263,7 @@ class _Columns:
 
     def __init__(self, recorder: TraceRecorder, humanoid: bool) -> None:
         index = recorder.index
-        self.time, self.cog, self.zmp = index["time"], index["cog_x"], index["zmp_x"]
-        self.feet = {side: index[f"{side}_x"] for side in SIDES}
-        self.tilt, self.push = index["trunk_tilt"], index["push_fx"]
-        self.phase, self.slack = index["phase"], index["regulator_slack"]
+        self.push = index["push_fx"]
         self.effort = index["solver_failed"]
         self.seen = index.get("seen_cog_x")
         self.root = index["root_x"] if humanoid else None
