@@ -38,15 +38,20 @@ class BodyTerms:
         self.q, self.qd = pinocchio.neutral(model), np.zeros(model.nv)
         self.mass, self.bias, self.jacobian = data.M, data.nle, data.J
         frames = [model.frames[model.getFrameId(f"{side}_sole")] for side in SIDES]
-        trunk = model.frames[model.getFrameId(TRUNK)]
-        if trunk.parentJoint != 1 or not np.array_equal(trunk.placement.rotation, np.eye(3)):
-            raise AssertionError("the trunk must be the floating base")
         places = [data.oMi[frame.parentJoint] for frame in frames]
         self._places = places  # the views below live as long as these
         self.ankles = tuple((place.rotation, place.translation) for place in places)
         self.soles = np.array([[*f.placement.rotation.ravel(), *f.placement.translation] for f in frames])
         first = [[model.idx_vs[joint] for joint in model.supports[f.parentJoint] if joint > 1] for f in frames]
         self.chains = np.array(first, dtype=np.int64)
+
+    @staticmethod
+    def fit(model: pinocchio.Model) -> bool:
+        """Whether a model is of the kind that is read here: the trunk floats, and its legs have as many joints."""
+        trunk = model.frames[model.getFrameId(TRUNK)]
+        ankles = [model.frames[model.getFrameId(f"{side}_sole")].parentJoint for side in SIDES]
+        alike = len({len(model.supports[ankle]) for ankle in ankles}) == 1
+        return alike and trunk.parentJoint == 1 and np.array_equal(trunk.placement.rotation, np.eye(3))
 
     def read(self, configuration: Array, velocity: Array) -> None:
         """Renew all terms at a configuration and velocity in MuJoCo's order (see `Observation`)."""

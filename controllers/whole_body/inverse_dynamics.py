@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from controllers.fields import Strict
 from controllers.interface import BalanceCommand, JointTargets, Observation
+from controllers.whole_body.body_terms import BodyTerms
 from controllers.whole_body.dynamics_tasks import HEIGHT_DAMPING, HEIGHT_STIFFNESS, slowed
 from controllers.whole_body.placo_dynamics import PlacoDynamics
 from controllers.whole_body.placo_model import PlacoModel, friction_torque
@@ -28,7 +29,8 @@ class DynamicsOptions(Strict):
     """What `DynamicsWholeBody` can be told.
 
     Attributes:
-        solver: who solves the QP: ourselves, and placo where we find no answer ("own"), or placo alone ("placo").
+        solver: who solves the QP: ourselves, and placo where we find no answer or the legs are not alike ("own"), or
+            placo alone ("placo").
     """
 
     solver: Literal["own", "placo"] = "own"
@@ -54,7 +56,8 @@ class DynamicsWholeBody:
         self._omega_squared = robot.omega**2
         self._height_gains = slowed((HEIGHT_STIFFNESS, HEIGHT_DAMPING), robot)
         self._placo = PlacoDynamics(robot, model, dt)
-        self._own = TorqueProgram(robot, model.wrapper.model) if options.solver == "own" else None
+        own = options.solver == "own" and BodyTerms.fit(model.wrapper.model)
+        self._own = TorqueProgram(robot, model.wrapper.model) if own else None
         self.reset()
 
     def reset(self) -> None:
