@@ -13,6 +13,9 @@ from numba.core import event as events
 P = ParamSpec("P")
 R = TypeVar("R")
 
+COMPILING = "okiagari: compiling, once after an installation; some ten seconds"
+"""What the first run is told."""
+
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function at its first call, and keep the code on disk for the runs to come.
@@ -34,7 +37,7 @@ class _Teller(events.Listener):
         """A function is not on disk yet."""
         if not self.told:
             self.told = True
-            print("okiagari: compiling, once after an installation; some ten seconds", file=sys.stderr)
+            print(COMPILING, file=sys.stderr)
 
     def on_end(self, event: events.Event) -> None:
         """Nothing is to be said."""

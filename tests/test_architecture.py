@@ -44,6 +44,7 @@ FEWER = {
         "models",
         "controllers.compiled",
         "controllers.fields",
+        "controllers.geometry",
         "controllers.interface",
         "controllers.registry",
     },

@@ -59,7 +59,6 @@ class SoleContact:
         self._bounds = np.array([corners.min(axis=0), corners.max(axis=0)])
         self._H = np.zeros((2 * _ROWS, SIZE))
         self._excess, self._variance = np.zeros(2 * _ROWS), np.zeros(2 * _ROWS)
-        self._rows = 0
 
     def take(self, state: InvariantFilter, rate: Array, soles: list[tuple[SoleMotion, float, Array]]) -> None:
         """Correct a filter by the soles that are loaded.
@@ -69,21 +68,21 @@ class SoleContact:
             rate: (3,) angular velocity of the trunk, in its frame [rad/s].
             soles: motion, normal force [N] and centre of pressure (2,) [m] of each.
         """
-        self._rows = 0
+        n = 0
         for sole, force, cop in soles:
             if force >= self._load and not math.isnan(float(cop[0])):
-                self._add(state, rate, sole, force, cop)
-        n = self._rows
+                n = self._add(n, state, rate, sole, force, cop)
         if n:
             state.correct(self._H[:n], self._excess[:n], self._variance[:n])
 
-    def _add(self, state: InvariantFilter, rate: Array, sole: SoleMotion, force: float, cop: Array) -> None:
-        x, y = float(cop[0]), float(cop[1])
-        self._rows = _sole_rows(
+    def _add(self, n: int, state: InvariantFilter, rate: Array, sole: SoleMotion, force: float, cop: Array) -> int:
+        """Write what a sole says from row n on; the first row that is free then."""
+        x, y = cop.tolist()
+        return _sole_rows(
             self._H,
             self._excess,
             self._variance,
-            self._rows,
+            n,
             self._trust,
             state.rotation,
             state.velocity,

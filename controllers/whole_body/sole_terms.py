@@ -83,16 +83,6 @@ def sole_terms(
 
 
 @compiled
-def rotation_matrix(x: float, y: float, z: float, w: float) -> Array:
-    """Rotation matrix (3, 3) of a unit quaternion."""
-    R = np.empty((3, 3))
-    R[0, 0], R[0, 1], R[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
-    R[1, 0], R[1, 1], R[1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
-    R[2, 0], R[2, 1], R[2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
-    return R
-
-
-@compiled
 def rotation_vector(R: Array) -> tuple[float, float, float]:
     """Rotation vector [rad] of a rotation matrix; the axis of a half turn is not told apart."""
     x, y, z = 0.5 * (R[2, 1] - R[1, 2]), 0.5 * (R[0, 2] - R[2, 0]), 0.5 * (R[1, 0] - R[0, 1])

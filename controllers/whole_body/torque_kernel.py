@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.compiled import compiled
+from controllers.geometry.rotation import from_quaternion
 from controllers.whole_body.elimination import divide_by_base, normal_equations, solved
-from controllers.whole_body.sole_terms import rotation_matrix, rotation_vector, sole_terms
+from controllers.whole_body.sole_terms import rotation_vector, sole_terms
 
 Array = NDArray[np.float64]
 
@@ -181,7 +182,7 @@ def assembled(
             at += 1
 
     # upright trunk, in its own frame
-    attitude = rotation_matrix(q[3], q[4], q[5], q[6])
+    attitude = from_quaternion(np.array([q[6], q[3], q[4], q[5]]))
     ex, ey, ez = rotation_vector(attitude.T)
     for k in range(3):
         pull = attitude[0, k] * ex + attitude[1, k] * ey + attitude[2, k] * ez

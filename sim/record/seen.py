@@ -45,6 +45,22 @@ def seen_row(truth: Observation, seen: Observation, omega: float) -> Array:
     return np.concatenate([seen.cog, seen.cog_velocity, (seen.cog - truth.cog)[:2] - away + ahead])
 
 
+def seen_cog(cog: Array, velocity: Array, seen: Array, omega: float) -> Array:
+    """COG as it was seen, about the loaded soles as they are: what is left of the DCM's error without the velocity's.
+
+    Args:
+        cog: (..., 3) true [m].
+        velocity: (..., 2) of the COG, true [m/s].
+        seen: (..., 8) values of `SEEN_CHANNELS`.
+        omega: of the robot [1/s].
+
+    Returns:
+        (..., 3) [m].
+    """
+    place = cog[..., :2] + seen[..., 6:8] - (seen[..., 3:5] - velocity) / omega
+    return np.concatenate([place, seen[..., 2:3]], axis=-1)
+
+
 def sight_error(trace: Trace, until: float | None) -> SightError | None:
     """How far off the controllers were.
 

@@ -50,7 +50,8 @@ class SimulatedBody:
         """See `NominalBody`; from where the simulation fails, the state as it was."""
         model, data = self._model, self._data
         # All that a step starts from, so that nothing of the last call is left.
-        data.qpos[:], data.qvel[:], data.qacc_warmstart[:], data.time = state.configuration, state.velocity, 0.0, 0.0
+        data.qpos[:], data.qvel[:] = state.configuration, state.velocity
+        data.act[:], data.qacc_warmstart[:], data.time = 0.0, 0.0, 0.0
         mujoco.mj_kinematics(model, data)
         lowest = [self._lowest(side) for side in state.loaded]
         shift = min(lowest) + _SINK if lowest else 0.0

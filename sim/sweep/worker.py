@@ -98,7 +98,8 @@ def _estimator(scenario: Scenario) -> Estimator | None:
     if not scenario.sensing.estimates:
         return None
     sensing = scenario.sensing
-    key = json.dumps([scenario.robot, sensing.as_run(), sensing.who.model_dump(), scenario.timing.control])
+    figures = sensing.joint_figures.model_dump(), sensing.imu_figures.model_dump()
+    key = json.dumps([scenario.robot, sensing.who.model_dump(), sensing.at_drive, *figures, scenario.timing.control])
     return _kept(_estimators, key, lambda: make_estimator(scenario, robot_named(scenario.robot)))
 
 

@@ -13,6 +13,7 @@ from controllers.geometry.support_polygon import Foot, support_polygon
 from controllers.interface import Phase
 from models.arena import SIDES, Side, drawn_size
 from scenarios.push import Push
+from sim.record.seen import seen_cog
 from sim.record.trace import ROOT_CHANNELS, SEEN_CHANNELS
 from sim.viz.playback import LOADED
 from sim.viz.push_shapes import FADE, arc, arrow
@@ -129,7 +130,9 @@ class Observer:
             time=float(row[self._time]),
             cog=cog,
             dcm=cog[:2] + row[self._velocity] / self._omega,
-            seen_cog=self._seen_cog(row),
+            seen_cog=np.full(3, np.nan)
+            if self._seen is None
+            else seen_cog(cog, row[self._velocity], row[self._seen], self._omega),
             zmp=row[self._zmp],
             zmp_command=row[self._command],
             support=support_polygon(loaded).vertices if loaded else None,
@@ -141,14 +144,6 @@ class Observer:
             arrows=arrows,
             arcs=arcs,
         )
-
-    def _seen_cog(self, row: Array) -> Array:
-        """(3,) what is left of the DCM's error but for the velocity's is that of the COG; see `SEEN_CHANNELS`."""
-        if self._seen is None:
-            return np.full(3, np.nan)
-        seen = row[self._seen]
-        faster = seen[3:5] - row[self._velocity]
-        return np.append(row[self._cog[:2]] + seen[6:8] - faster / self._omega, seen[2])
 
     def _pushes(self, now: float, cog: Array) -> tuple[Array, Array]:
         arrows, arcs = [], []

@@ -14,7 +14,8 @@ from controllers.interface import Phase
 from models.arena import SIDES, Side, drawn_size
 from scenarios.schema import Scenario
 from sim.record.outcome import Outcome, judge
-from sim.record.trace import Trace
+from sim.record.seen import seen_cog
+from sim.record.trace import SEEN_CHANNELS, Trace
 
 Array = NDArray[np.float64]
 
@@ -102,15 +103,13 @@ class Playback:
         """What the controllers saw; None if that was the true state."""
         if "dcm_error_x" not in self.trace.channels:
             return None
-        trace = self.trace
-        error = _columns(trace, "dcm_error_{}", "xy")
-        faster = (_columns(trace, "seen_cog_v{}", "xyz") - _columns(trace, "cog_v{}", "xyz"))[:, :2]
-        place = self.cog[:, :2] + error - faster / self.omega
+        seen = np.column_stack([self.trace[name] for name in SEEN_CHANNELS])
+        velocity = _columns(self.trace, "cog_v{}", "xy")
         return Seen(
-            cog=np.column_stack([place, trace["seen_cog_z"]]),
-            dcm=self.dcm + error,
-            dcm_error=error,
-            velocity_error=faster,
+            cog=seen_cog(self.cog, velocity, seen, self.omega),
+            dcm=self.dcm + seen[:, 6:8],
+            dcm_error=seen[:, 6:8],
+            velocity_error=seen[:, 3:5] - velocity,
         )
 
     @cached_property

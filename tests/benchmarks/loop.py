@@ -77,21 +77,25 @@ def bare_step(scenario: Scenario) -> float:
     return best_of(lambda: mujoco.mj_step(model, data, 500), repeats=3) / 500
 
 
-def costs() -> Iterator[Cost]:
-    """All kinds, one after another."""
+def kinds() -> Iterator[tuple[tuple[str, str, str], Scenario]]:
+    """Name and scenario of every kind."""
     quiet = load("quiet").as_dict()
     for senses, sensing in SENSES:
         for name, overrides in EPISODES:
             for layer in LAYERS:
-                scenario = Scenario.model_validate(quiet | overrides | {"whole_body": layer, "sensing": sensing})
-                # In turn, so that both sides of the ratio see the same neighbours on the machine.
-                bare, results = bare_step(scenario), []
-                for _ in range(REPEATS):
-                    results.append(run_episode(scenario, polygons=False))
-                    bare = min(bare, bare_step(scenario))
-                factor = max(result.real_time_factor for result in results)
-                loop = scenario.timing.physics / factor
-                yield Cost(name=(name, layer, senses), result=results[0], bare=bare, loop=loop)
+                given = quiet | overrides | {"whole_body": layer, "sensing": sensing}
+                yield (name, layer, senses), Scenario.model_validate(given)
+
+
+def cost(name: tuple[str, str, str], scenario: Scenario) -> Cost:
+    """Measure one kind."""
+    # In turn, so that both sides of the ratio see the same neighbours on the machine.
+    bare, results = bare_step(scenario), []
+    for _ in range(REPEATS):
+        results.append(run_episode(scenario, polygons=False))
+        bare = min(bare, bare_step(scenario))
+    loop = scenario.timing.physics / max(result.real_time_factor for result in results)
+    return Cost(name=name, result=results[0], bare=bare, loop=loop)
 
 
 def main() -> None:
@@ -101,7 +105,7 @@ def main() -> None:
         f"Whole loop, {1e3 * quiet.timing.physics:g} ms physics, {1e3 * quiet.timing.control:g} ms control, one core",
         "episode", "whole body", "senses", "outcome", "steps", "bare mj_step", "loop a step", "ratio", "real time",
     )  # fmt: skip
-    for one in costs():
+    for one in (cost(*kind) for kind in kinds()):
         outcome, physics = one.result.outcome, quiet.timing.physics
         made.add_row(
             *one.name, outcome.result.value, str(outcome.steps_taken), in_words(one.bare), in_words(one.loop),
@@ -112,7 +116,7 @@ def main() -> None:
 
 def keep() -> None:
     """Write the ratios of now."""
-    ratios = {one.key: round(one.ratio, 2) for one in costs()}
+    ratios = {one.key: round(one.ratio, 2) for one in (cost(*kind) for kind in kinds())}
     KEPT.write_text(json.dumps({"ratio to a bare mj_step": ratios}, indent=1) + "\n", encoding="utf-8")
     print(KEPT)
 
@@ -120,11 +124,13 @@ def keep() -> None:
 def check() -> None:
     """Compare with the ratios that were kept; exit code 1 if one has grown, with a line for each that has."""
     kept = json.loads(KEPT.read_text(encoding="utf-8"))["ratio to a bare mj_step"]
-    grown = [
-        f"the loop of {one.key!r} costs {one.ratio:.1f} bare steps a physics step; it was {kept[one.key]:.1f}"
-        for one in costs()
-        if one.ratio > GROWN * kept[one.key]
-    ]
+    grown = []
+    for kind in kinds():
+        one = cost(*kind)
+        if one.ratio > GROWN * kept[one.key]:
+            one = cost(*kind)  # once more: what disturbs a machine seldom does so twice
+        if one.ratio > GROWN * kept[one.key]:
+            grown.append(f"the loop of {one.key!r} costs {one.ratio:.1f} bare steps; it was {kept[one.key]:.1f}")
     print("\n".join(grown) or f"no ratio of {KEPT} has grown by more than {100 * (GROWN - 1):.0f} %")
     sys.exit(bool(grown))
 

@@ -28,7 +28,7 @@ def test_the_presets() -> None:
     assert typical.encoder == 1e-5
     assert cheap.encoder == pytest.approx(2.0 * math.pi / 2**14 / math.sqrt(12.0))
     # the figures that the filter was tuned with
-    assert (typical.gyro, typical.accelerometer) == (pytest.approx(0.006, rel=1e-2), pytest.approx(0.1, rel=1e-2))
+    assert (typical.gyro, typical.accelerometer) == (pytest.approx(0.006, rel=1e-12), pytest.approx(0.1, rel=1e-12))
     assert (typical.gyro_bias, cheap.gyro_bias) == (0.003, 0.01)
     assert cheap.accelerometer > typical.accelerometer
 

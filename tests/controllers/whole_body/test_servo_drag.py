@@ -40,5 +40,5 @@ def test_ankles_and_hips_alone_give_less_than_what_is_found() -> None:
     assert 0.6 * least < found < 2.0 * least
 
 
-def test_a_servo_without_stiffness_drags_nothing() -> None:
+def test_a_reference_that_is_not_held_drags_nothing() -> None:
     assert drag(0.0).made_up(np.ones(3)) == pytest.approx((0.0, 0.0), abs=0.0)
