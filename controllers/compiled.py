@@ -13,8 +13,8 @@ from numba.core import event as events
 P = ParamSpec("P")
 R = TypeVar("R")
 
-COMPILING = "okiagari: compiling, once after an installation; some ten seconds"
-"""What the first run is told."""
+COMPILING = "okiagari: compiling what is used for the first time; some seconds"
+"""What the first runs after an installation are told."""
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -29,7 +29,7 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
 
 class _Teller(events.Listener):
-    """Says once on stderr what the first run after an installation waits for."""
+    """Says once on stderr what a first run after an installation waits for."""
 
     told = multiprocessing.parent_process() is not None  # a worker's caller has said it, or has nothing to wait for
 
