@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.compiled import compiled
 from controllers.estimation.beliefs import SensorFigures, beliefs
 from controllers.estimation.contact import SoleContact
 from controllers.estimation.invariant_filter import InvariantFilter, Noise
@@ -19,11 +20,12 @@ from controllers.estimation.options import EkfOptions
 from controllers.estimation.push_observer import PushObserver
 from controllers.geometry.rotation import cross, from_quaternion, to_quaternion
 from controllers.interface import FootState, JointTargets, Observation
+from controllers.multibody.tree import Records
 from controllers.senses import Reading
 from controllers.whole_body.measured_body import MeasuredBody
 from models.arena import SIDES
 from models.errors import OkiagariError
-from models.robot import Robot, Side
+from models.robot import Robot
 
 Array = NDArray[np.float64]
 
@@ -95,10 +97,9 @@ class InvariantEkf:
         self._angles: Array | None = None
         self._observer.reset()
         self._sent.clear()
-        self._rate, self._acceleration = np.zeros(3), np.zeros(3)
         self._taken, self._seen = observation.time, False
         self._force = {side: observation.feet[side].force for side in SIDES}
-        self._cop = {side: np.full(2, math.nan) for side in SIDES}
+        self._forces, self._centres = np.array(list(self._force.values())), np.full((2, 2), math.nan)
         self._first = observation
 
     def estimate(self, readings: Sequence[Reading], targets: JointTargets | None, time: float) -> Observation:
@@ -130,25 +131,35 @@ class InvariantEkf:
             if reading.joint_position is not self._angles:
                 self._joints.correct(reading.joint_position)
                 self._angles = reading.joint_position
-            self._rate, self._acceleration = self._filter.predict(reading.gyro, reading.accelerometer, dt)
+            self._filter.predict(reading.gyro, reading.accelerometer, dt)
             self._taken = reading.taken
-        self._seen, self._force, self._cop = True, reading.force, reading.cop
-        soles = self._body.soles(self._joints.position, self._joints.velocity)
-        self._contact.take(
-            self._filter, self._rate, [(soles[side], reading.force[side], reading.cop[side]) for side in SIDES]
-        )
+        self._seen, self._force = True, reading.force
+        for index, side in enumerate(SIDES):
+            self._forces[index], self._centres[index] = reading.force[side], reading.cop[side]
+        soles = self._body.by_joints(self._joints.position, self._joints.velocity)
+        self._contact.take(self._filter, soles, self._forces, self._centres)
 
     def _state(self) -> BodyState:
         """The state when the last reading was taken."""
-        state, rate, R = self._filter, self._rate, self._filter.rotation
+        state, joints = self._filter, self._joints
         state.straighten()
-        back = -self._imu
+        configuration, velocity = np.empty(7 + len(joints.position)), np.empty(6 + len(joints.position))
+        acceleration = np.empty(3)
+        _of_trunk(
+            state.rotation,
+            state.velocity,
+            state.position,
+            state.rate,
+            state.acceleration,
+            self._imu,
+            configuration,
+            velocity,
+            acceleration,
+        )
+        configuration[7:], velocity[6:] = joints.position, joints.velocity
+        loaded = frozenset(side for side in SIDES if self._force[side] >= self._load)
         return BodyState(
-            configuration=np.concatenate([state.position + R @ back, to_quaternion(R), self._joints.position]),
-            velocity=np.concatenate([state.velocity + R @ cross(rate, back), rate, self._joints.velocity]),
-            acceleration=acceleration_of(R, rate, back, self._acceleration),
-            loaded=frozenset(side for side in SIDES if self._force[side] >= self._load),
-            push=np.zeros(3),
+            configuration=configuration, velocity=velocity, acceleration=acceleration, loaded=loaded, push=np.zeros(3)
         )
 
     def _look_for_push(self, then: BodyState, dt: float) -> None:
@@ -156,7 +167,7 @@ class InvariantEkf:
             return
         body = self._body
         body.place(then.configuration, then.velocity)
-        _, zmp, load = self._feet()
+        zmp, load = self._zmp()
         self._observer.take(body.cog, body.cog_velocity, body.angular_momentum, zmp, load, float(body.trunk_com[2]), dt)
 
     def _simulated(self, then: BodyState, begin: float, end: float) -> tuple[Array, Array]:
@@ -177,26 +188,53 @@ class InvariantEkf:
     def _observation(self, configuration: Array, velocity: Array, time: float) -> Observation:
         body = self._body
         body.place(configuration, velocity)
-        feet, zmp, _ = self._feet()
+        zmp, _ = self._zmp()
+        feet = {
+            side: FootState(position=body.sole_places[i].copy(), yaw=body.yaw(i), force=self._force[side])
+            for i, side in enumerate(SIDES)
+        }
         return Observation(
             time=time,
-            cog=body.cog,
-            cog_velocity=body.cog_velocity,
-            angular_momentum=body.angular_momentum,
+            cog=body.cog.copy(),
+            cog_velocity=body.cog_velocity.copy(),
+            angular_momentum=body.angular_momentum.copy(),
             zmp=zmp,
             feet=feet,
             configuration=configuration,
             velocity=velocity,
         )
 
-    def _feet(self) -> tuple[dict[Side, FootState], Array, float]:
-        """Feet of the body as it is placed, with the last forces; the ZMP (2,) and the load [N] that follow."""
-        feet, load, moment = {}, 0.0, np.zeros(2)
-        for side in SIDES:
-            position, rotation, yaw = self._body.sole(side)
-            force, cop = self._force[side], self._cop[side]
-            feet[side] = FootState(position=position, yaw=yaw, force=force)
-            if force > 0.0 and not math.isnan(float(cop[0])):
-                load += force
-                moment += force * (position[:2] + rotation[:2, :2] @ cop)
-        return feet, moment / load if load > 0.0 else np.full(2, math.nan), load
+    def _zmp(self) -> tuple[Array, float]:
+        """ZMP (2,) of the last forces on the body as it is placed, NaN without load, and the load [N]."""
+        zmp = np.empty(2)
+        return zmp, _centre_of_load(self._body.soles, self._forces, self._centres, zmp)
+
+
+@compiled
+def _of_trunk(
+    R: Array, v: Array, p: Array, rate: Array, gained: Array, imu: Array, configuration: Array, velocity: Array,
+    acceleration: Array,
+) -> None:  # fmt: skip
+    """Write the trunk's part of a configuration and velocity, and its origin's acceleration, by those of the IMU."""
+    back = -imu
+    configuration[:3] = p + R @ back
+    configuration[3:7] = to_quaternion(R)
+    velocity[:3] = v + R @ cross(rate, back)
+    velocity[3:6] = rate
+    acceleration[:] = acceleration_of(R, rate, back, gained)
+
+
+@compiled
+def _centre_of_load(soles: Records, forces: Array, centres: Array, zmp: Array) -> float:
+    """Load on both soles [N]; the ZMP (2,) is written."""
+    load = 0.0
+    zmp[:] = 0.0
+    for i in range(len(soles)):
+        x, y, force = centres[i, 0], centres[i, 1], forces[i]
+        if force > 0.0 and not math.isnan(x):
+            load += force
+            for k in range(2):
+                zmp[k] += force * (soles[i].p[k] + soles[i].R[k, 0] * x + soles[i].R[k, 1] * y)
+    for k in range(2):
+        zmp[k] = zmp[k] / load if load > 0.0 else math.nan
+    return load

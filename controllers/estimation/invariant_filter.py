@@ -18,7 +18,6 @@ Array = NDArray[np.float64]
 
 SIZE = 15
 TURN, SPEED, PLACE, GYRO, ACCELEROMETER = (slice(i, i + 3) for i in range(0, SIZE, 3))
-_UNIT = np.eye(3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,12 +45,15 @@ class InvariantFilter:
         velocity, position: (3,) of the IMU in the world [m/s, m].
         gyro_bias, accelerometer_bias: (3,) [rad/s, m/s^2].
         covariance: (15, 15) of the error, in that order.
+        rate, acceleration: (3,) of the trunk in its frame [rad/s] and of the IMU in the world [m/s^2], by the last
+            sample, without bias.
     """
 
     def __init__(self, noise: Noise, gravity: float) -> None:
         self._noise = noise
         self._gravity = np.array([0.0, 0.0, -gravity])
         self._transition = np.eye(SIZE)
+        self.rate, self.acceleration = np.zeros(3), np.zeros(3)
         self._period, self._wandering = 0.0, np.zeros(SIZE)
         self.reset(np.eye(3), np.zeros(3), np.zeros(SIZE))
 
@@ -66,35 +68,31 @@ class InvariantFilter:
         self.rotation, self.position, self.velocity = rotation.copy(), position.copy(), np.zeros(3)
         self.gyro_bias, self.accelerometer_bias = np.zeros(3), np.zeros(3)
         self.covariance = np.diag(deviation**2)
+        self.rate[:], self.acceleration[:] = 0.0, 0.0
 
-    def predict(self, gyro: Array, accelerometer: Array, dt: float) -> tuple[Array, Array]:
+    def predict(self, gyro: Array, accelerometer: Array, dt: float) -> None:
         """Go on by `dt` [s] as the IMU says of the time since its last sample.
 
         Args:
             gyro: (3,) angular velocity [rad/s].
             accelerometer: (3,) specific force [m/s^2].
             dt: [s].
-
-        Returns:
-            Angular velocity (3,) in the trunk's frame [rad/s] and acceleration (3,) in the world [m/s^2], both without
-            bias.
         """
-        rate, force = gyro - self.gyro_bias, accelerometer - self.accelerometer_bias
         if dt != self._period:
             self._period, self._wandering = dt, self._wanders(dt)
-        acceleration: Array = _propagate(
+        _without_bias(gyro, accelerometer, self.gyro_bias, self.accelerometer_bias, self.rate, self.acceleration)
+        _propagate(
             self.rotation,
             self.velocity,
             self.position,
             self.covariance,
             self._transition,
             self._wandering,
-            rate,
-            force,
+            self.rate,
+            self.acceleration,
             self._gravity,
             dt,
         )
-        return rate, acceleration
 
     def correct(self, H: Array, excess: Array, variance: Array) -> None:
         """Take away what the estimate has in excess.
@@ -104,15 +102,21 @@ class InvariantFilter:
             excess: (m,) what the estimate says minus what was found.
             variance: (m,) of that.
         """
-        error = _gain_times_excess(self.covariance, H, excess, variance)
-        _take_back(self.rotation, self.velocity, self.position, error)
-        self.gyro_bias -= error[GYRO]
-        self.accelerometer_bias -= error[ACCELEROMETER]
+        _correct(
+            self.rotation,
+            self.velocity,
+            self.position,
+            self.gyro_bias,
+            self.accelerometer_bias,
+            self.covariance,
+            H,
+            excess,
+            variance,
+        )
 
     def straighten(self) -> None:
         """Make the attitude a rotation again, which rounding wears off."""
-        # one Newton step towards the nearest: the error is of the order of rounding
-        self.rotation = self.rotation @ (1.5 * _UNIT - 0.5 * self.rotation.T @ self.rotation)
+        _straighten(self.rotation)
 
     def _wanders(self, dt: float) -> Array:
         """(15,) variance that a step adds."""
@@ -131,10 +135,22 @@ class InvariantFilter:
 
 
 @compiled
+def _without_bias(
+    gyro: Array, accelerometer: Array, gyro_bias: Array, accelerometer_bias: Array, rate: Array, force: Array
+) -> None:
+    for k in range(3):
+        rate[k] = gyro[k] - gyro_bias[k]
+        force[k] = accelerometer[k] - accelerometer_bias[k]
+
+
+@compiled
 def _propagate(
     R: Array, v: Array, p: Array, P: Array, F: Array, added: Array, rate: Array, force: Array, gravity: Array, dt: float
-) -> Array:
-    """Take R, v, p and P on by dt; F is the last transition, whose entries that change are set. The acceleration."""
+) -> None:
+    """Take R, v, p and P on by dt; F is the last transition, whose entries that change are set.
+
+    The specific force (3,) in the trunk's frame becomes the acceleration in the world.
+    """
     acceleration = (R @ turn(0.5 * dt * rate)) @ force + gravity
 
     turned = -dt * R
@@ -145,33 +161,84 @@ def _propagate(
     F[3:6, 12:15] = turned
     for i in range(3):
         F[6 + i, 3 + i] = dt
-    P[:] = (F @ P) @ F.T
+    # F is the unit matrix but for a few blocks of the first nine rows
+    gained = np.empty((9, SIZE))
+    for i in range(9):
+        for k in range(SIZE):
+            total = P[i, k]
+            for j in range(9, 12):
+                total += F[i, j] * P[j, k]
+            gained[i, k] = total
+    for i in range(3):
+        for k in range(SIZE):
+            for j in range(3):
+                gained[3 + i, k] += F[3 + i, j] * P[j, k] + F[3 + i, 12 + j] * P[12 + j, k]
+            gained[6 + i, k] += dt * P[3 + i, k]
+    P[:9] = gained
+    for i in range(SIZE):
+        for k in range(9):
+            total = P[i, k]
+            for j in range(9, 12):
+                total += F[k, j] * P[i, j]
+            gained[k, i] = total
+        for k in range(3):
+            for j in range(3):
+                gained[3 + k, i] += F[3 + k, j] * P[i, j] + F[3 + k, 12 + j] * P[i, 12 + j]
+            gained[6 + k, i] += dt * P[i, 3 + k]
+    for i in range(SIZE):
+        for k in range(9):
+            P[i, k] = gained[k, i]
     for i in range(SIZE):
         P[i, i] += added[i]
 
     R[:] = R @ turn(dt * rate)
     p += dt * v + (0.5 * dt * dt) * acceleration
     v += dt * acceleration
-    return acceleration
+    force[:] = acceleration
 
 
 @compiled
-def _gain_times_excess(P: Array, H: Array, excess: Array, variance: Array) -> Array:
-    """(15,) error of the estimate; P becomes what is left of it."""
-    spread = P @ H.T
-    innovation = H @ spread
-    for i in range(len(excess)):
-        innovation[i, i] += variance[i]
-    gain = np.linalg.solve(innovation, spread.T).T
-    left = P - gain @ spread.T
-    P[:] = 0.5 * (left + left.T)
-    return gain @ excess
+def _taken_in(P: Array, H: Array, excess: Array, variance: Array) -> Array:
+    """(15,) error of the estimate; P becomes what is left of it.
+
+    What is measured is taken in row by row, for the rows' errors are independent: the same as all at once.
+    """
+    error, spread = np.zeros(SIZE), np.empty(SIZE)
+    for row in range(len(excess)):
+        spread[:] = 0.0
+        left = excess[row]
+        for j in range(SIZE):
+            if H[row, j] != 0.0:
+                left -= H[row, j] * error[j]
+                for i in range(SIZE):
+                    spread[i] += P[i, j] * H[row, j]
+        innovation = variance[row]
+        for j in range(SIZE):
+            innovation += H[row, j] * spread[j]
+        for i in range(SIZE):
+            gain = spread[i] / innovation
+            error[i] += gain * left
+            for k in range(i, SIZE):
+                P[i, k] -= gain * spread[k]
+                P[k, i] = P[i, k]
+    return error
 
 
 @compiled
-def _take_back(R: Array, v: Array, p: Array, error: Array) -> None:
-    """Turn and move the estimate back by what it is off."""
+def _correct(
+    R: Array, v: Array, p: Array, gyro: Array, accelerometer: Array, P: Array, H: Array, excess: Array, variance: Array
+) -> None:
+    """Turn and move the estimate back by what it is off, biases and covariance with it."""
+    error = _taken_in(P, H, excess, variance)
     back = turn(-error[0:3])
     R[:] = back @ R
     v[:] = back @ v - error[3:6]
     p[:] = back @ p - error[6:9]
+    gyro -= error[9:12]
+    accelerometer -= error[12:15]
+
+
+@compiled
+def _straighten(R: Array) -> None:
+    """One Newton step towards the nearest rotation: the error is of the order of rounding."""
+    R[:] = R @ (1.5 * np.eye(3) - 0.5 * (R.T @ R))

@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.compiled import compiled
+
 Array = NDArray[np.float64]
 
 
@@ -41,7 +43,7 @@ class JointFilter:
 
     def predict(self, dt: float) -> None:
         """Go on at the present speeds for `dt` [s]."""
-        self.position = self.position + dt * self.velocity
+        _go_on(self.position, self.velocity, dt)
         self._since += dt
 
     def correct(self, measured: Array) -> None:
@@ -51,9 +53,7 @@ class JointFilter:
         # periods are sums of decimal fractions: those that differ by rounding are one
         period = round(self._since, 9)
         alpha, beta = self._gains.get(period) or self._gains.setdefault(period, self._steady(period))
-        error = measured - self.position
-        self.position = self.position + alpha * error
-        self.velocity = self.velocity + (beta / period) * error
+        _correct(self.position, self.velocity, measured, alpha, beta / period)
         self._since = 0.0
 
     def _steady(self, dt: float) -> tuple[float, float]:
@@ -62,3 +62,17 @@ class JointFilter:
         root = (4.0 + index - math.sqrt(8.0 * index + index * index)) / 4.0
         alpha = 1.0 - root * root
         return alpha, 2.0 * (2.0 - alpha) - 4.0 * math.sqrt(1.0 - alpha)
+
+
+@compiled
+def _go_on(position: Array, velocity: Array, dt: float) -> None:
+    for i in range(len(position)):
+        position[i] += dt * velocity[i]
+
+
+@compiled
+def _correct(position: Array, velocity: Array, measured: Array, alpha: float, per_time: float) -> None:
+    for i in range(len(position)):
+        error = measured[i] - position[i]
+        position[i] += alpha * error
+        velocity[i] += per_time * error

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.compiled import compiled
 from controllers.geometry.rotation import cross, from_quaternion, to_quaternion, turn
 from controllers.interface import JointTargets
 from models.robot import Side
@@ -60,7 +61,7 @@ def extrapolated(state: BodyState, ahead: float) -> tuple[Array, Array]:
     return configuration, velocity
 
 
+@compiled
 def acceleration_of(rotation: Array, rate: Array, arm: Array, acceleration: Array) -> Array:
     """(3,) acceleration of what is `arm` away from a point that has one, but for the turn's own acceleration."""
-    moved: Array = acceleration + rotation @ cross(rate, cross(rate, arm))
-    return moved
+    return acceleration + rotation @ cross(rate, cross(rate, arm))

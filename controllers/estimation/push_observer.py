@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.compiled import compiled
 from models.robot import Robot
 
 Array = NDArray[np.float64]
@@ -40,9 +41,7 @@ class PushObserver:
 
     def reset(self) -> None:
         """Forget the last episode."""
-        self._found = np.zeros(2)
-        self._explained: Array | None = None
-        self.force = np.zeros(3)
+        self._found, self._explained, self.force = np.zeros(2), np.full(2, math.nan), np.zeros(3)
 
     def take(self, cog: Array, velocity: Array, spin: Array, zmp: Array, load: float, height: float, dt: float) -> None:
         """Look at the next state.
@@ -60,14 +59,34 @@ class PushObserver:
         if high < self._lowest:
             self.reset()
             return
-        momentum = self._mass * velocity[:2] + np.array([spin[1], -spin[0]]) / high
-        if self._explained is None:
-            self._explained = momentum
-        lever = height / high
-        driven = lever * self._found
-        if not math.isnan(float(zmp[0])):
-            driven = driven + (load / high) * (cog[:2] - zmp)
-        self._explained = self._explained + dt * driven
-        self._found = (momentum - self._explained) / (self._settling * lever)
-        certain = math.hypot(*self._found.tolist()) > self._threshold
-        self.force = np.array([*self._found, 0.0]) if certain else np.zeros(3)
+        weighed = self._mass, self._settling, height / high
+        _look(self._found, self._explained, cog, velocity, spin, zmp, load, dt, *weighed)
+        x, y = self._found.tolist()
+        self.force = np.array([x, y, 0.0]) if math.hypot(x, y) > self._threshold else np.zeros(3)
+
+
+@compiled
+def _look(
+    found: Array,
+    explained: Array,
+    cog: Array,
+    velocity: Array,
+    spin: Array,
+    zmp: Array,
+    load: float,
+    dt: float,
+    mass: float,
+    settling: float,
+    lever: float,
+) -> None:
+    """Take the force (2,) that was found and the momentum (2,) that it explains, NaN at first, to the next state."""
+    high = cog[2]
+    for k in range(2):
+        momentum = mass * velocity[k] + (spin[1] if k == 0 else -spin[0]) / high
+        if math.isnan(explained[k]):
+            explained[k] = momentum
+        driven = lever * found[k]
+        if not math.isnan(zmp[0]):
+            driven += (load / high) * (cog[k] - zmp[k])
+        explained[k] += dt * driven
+        found[k] = (momentum - explained[k]) / (settling * lever)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.compiled import compiled
 from scenarios.sensing import JointSensors
 from sim.sensing.streams import constant_of
 
@@ -26,5 +27,9 @@ class Encoders:
 
     def measure(self, angle: Array) -> Array:
         """(n,) what they say of (n,) true angles [rad]."""
-        said = angle + self.offset
-        return said if self._count is None else np.round(said / self._count) * self._count
+        return angle + self.offset if self._count is None else _counted(angle, self.offset, self._count)
+
+
+@compiled
+def _counted(angle: Array, offset: Array, count: float) -> Array:
+    return np.rint((angle + offset) / count) * count

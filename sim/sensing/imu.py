@@ -34,24 +34,59 @@ class InertialUnit:
         self._spread = np.array([[figures.gyro_noise], [figures.accelerometer_noise]])
         limits = [np.inf if most is None else most for most in (figures.gyro_range, figures.accelerometer_range)]
         self._most = np.array(limits)[:, None]
-        self._last: tuple[float, Array, Array] | None = None
+        self._qpos, self._qvel = data.qpos, data.qvel
+        # of the last sample: when it was; velocity (3,) and attitude (4,) then
+        self._then = math.nan
+        self._velocity, self._attitude = np.zeros(3), np.zeros(4)
 
     def measure(self) -> Array:
         """(2, 3): angular velocity now [rad/s] and specific force [m/s^2], in the trunk's frame; at first of rest."""
-        data = self._data
-        attitude, rate = data.qpos[3:7].copy(), data.qvel[3:6].copy()
-        velocity = _velocity_at(data.qvel[:3], rate, attitude, self._at)
-        then = self._last or (data.time, velocity, attitude)
-        self._last = (data.time, velocity, attitude)
-        true = _felt(rate, velocity, attitude, then[1], then[2], self._gravity, data.time - then[0])
-        said = true + self._bias + self._spread * self._noise.standard_normal((2, 3))
-        return np.minimum(np.maximum(said, -self._most), self._most)
+        now = self._data.time
+        said = np.empty((2, 3))
+        _measured(
+            self._qpos,
+            self._qvel,
+            self._velocity,
+            self._attitude,
+            self._at,
+            self._gravity,
+            0.0 if math.isnan(self._then) else now - self._then,
+            self._bias,
+            self._spread,
+            self._most,
+            self._noise.standard_normal((2, 3)),
+            said,
+        )
+        self._then = now
+        return said
 
 
 @compiled
-def _velocity_at(velocity: Array, rate: Array, attitude: Array, arm: Array) -> Array:
-    """(3,) in the world of a point of the trunk, by that of its origin in the world and its rate in its own frame."""
-    return velocity + from_quaternion(attitude) @ cross(rate, arm)
+def _measured(
+    qpos: Array,
+    qvel: Array,
+    old_velocity: Array,
+    old_attitude: Array,
+    arm: Array,
+    gravity: Array,
+    dt: float,
+    bias: Array,
+    spread: Array,
+    most: Array,
+    noise: Array,
+    said: Array,
+) -> None:
+    """Write what it says (2, 3), and the IMU's velocity and the attitude of now over the old ones."""
+    rate, attitude = qvel[3:6].copy(), qpos[3:7].copy()
+    velocity = qvel[:3] + from_quaternion(attitude) @ cross(rate, arm)
+    if not dt > 0.0:
+        old_velocity[:], old_attitude[:] = velocity, attitude
+    true = _felt(rate, velocity, attitude, old_velocity, old_attitude, gravity, dt)
+    old_velocity[:], old_attitude[:] = velocity, attitude
+    for i in range(2):
+        for k in range(3):
+            felt = true[i, k] + bias[i, k] + spread[i, 0] * noise[i, k]
+            said[i, k] = min(max(felt, -most[i, 0]), most[i, 0])
 
 
 @compiled

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.compiled import compiled
 from controllers.estimation.look_ahead import BodyState, Held
-from models.arena import FLOOR, build_arena
+from models.arena import FLOOR, SIDES, build_arena
 from models.robot import TRUNK, Robot, Side
 from sim.sensing.servos import Servos
 
 Array = NDArray[np.float64]
 
-_STEP = 0.001
+_STEP = 0.002
 """Of its physics at most [s]."""
 # Nobody knows the true floor: this one is softer and more slippery than the arena's.
 _SOLREF, _FRICTION = (0.008, 1.0), 0.7
@@ -42,37 +43,48 @@ class SimulatedBody:
         floor = model.geom(FLOOR).id
         model.geom_solref[floor], model.geom_friction[floor, 0] = _SOLREF, _FRICTION
         self._model, self._data, self._at_drive = model, mujoco.MjData(model), at_drive
+        self._qpos, self._qvel = self._data.qpos, self._data.qvel
         self._servos = Servos(model, self._data)
         self._trunk = model.body(TRUNK).id
-        self._soles = {side: (model.site(f"{side}_sole").id, robot.sole_vertices[side]) for side in robot.sole_vertices}
+        sites: dict[Side, int] = {side: model.site(f"{side}_sole").id for side in SIDES}
+        where, axes = self._data.site_xpos, self._data.site_xmat
+        self._soles = {side: (where[i], axes[i], robot.sole_vertices[side].copy()) for side, i in sites.items()}
 
     def forward(self, state: BodyState, held: Sequence[Held]) -> tuple[Array, Array]:
         """See `NominalBody`; from where the simulation fails, the state as it was."""
         model, data = self._model, self._data
         # All that a step starts from, so that nothing of the last call is left.
-        data.qpos[:], data.qvel[:] = state.configuration, state.velocity
+        self._qpos[:], self._qvel[:] = state.configuration, state.velocity
         data.act[:], data.qacc_warmstart[:], data.time = 0.0, 0.0, 0.0
         mujoco.mj_kinematics(model, data)
         lowest = [self._lowest(side) for side in state.loaded]
         shift = min(lowest) + _SINK if lowest else 0.0
-        data.qpos[2] -= shift
+        self._qpos[2] -= shift
         data.xfrc_applied[self._trunk, :3] = state.push
         for part in held:
             targets = part.targets
-            if targets.from_seen and self._at_drive:
-                targets = replace(targets, position=data.qpos[7:], velocity=data.qvel[6:])
-            self._servos.set(targets)
+            at = (self._qpos[7:], self._qvel[6:]) if targets.from_seen and self._at_drive else None
+            self._servos.set(targets, at)
             steps = max(1, round(part.duration / _STEP))
             model.opt.timestep = part.duration / steps
             mujoco.mj_step(model, data, steps)
-        configuration, velocity = data.qpos.copy(), data.qvel.copy()
-        if not (np.isfinite(configuration).all() and np.isfinite(velocity).all()):
+        configuration, velocity = self._qpos.copy(), self._qvel.copy()
+        # a sum of squares is finite only of finite numbers
+        if not math.isfinite(configuration.dot(configuration) + velocity.dot(velocity)):
             return state.configuration, state.velocity
         configuration[2] += shift
         return configuration, velocity
 
     def _lowest(self, side: Side) -> float:
         """Height of the lowest corner of a sole [m]."""
-        site, corners = self._soles[side]
-        turn = self._data.site_xmat[site].reshape(3, 3)
-        return float(self._data.site_xpos[site, 2] + (corners @ turn[2, :2]).min())
+        place, axes, corners = self._soles[side]
+        return float(place[2] + _lowest_of(axes, corners))
+
+
+@compiled
+def _lowest_of(axes: Array, corners: Array) -> float:
+    """Height of the lowest of corners (k, 2) of a sole above its middle; its axes are (9,) by rows."""
+    lowest = math.inf
+    for i in range(len(corners)):
+        lowest = min(lowest, axes[6] * corners[i, 0] + axes[7] * corners[i, 1])
+    return lowest

@@ -32,7 +32,7 @@ class Sensors:
         """
         sensing, seed = scenario.sensing, scenario.seed
         joint, imu, foot = sensing.joint_figures, sensing.imu_figures, sensing.foot_figures
-        self._data, self._physics = data, scenario.timing.physics
+        self._angles, self._physics = data.qpos[7:], scenario.timing.physics
         self._encoders = Encoders(joint, len(robot.joint_names), seed)
         self._imu = InertialUnit(imu, robot, model, data, seed)
         self._feet = FootForce(foot, robot, model, data, seed)
@@ -47,15 +47,15 @@ class Sensors:
         """Measure with all sensors whose turn it is; to be called at the start and after every physics step."""
         if not step:
             self._feet.follow()  # the robot may have been put into its stand since
-        due = [step % every == 0 for every in self._every]
-        if due[0]:
-            self._angle = self._encoders.measure(self._data.qpos[7:])
-        if due[1]:
+        joint, imu, foot = self._every
+        if by_joint := step % joint == 0:
+            self._angle = self._encoders.measure(self._angles)
+        if by_imu := step % imu == 0:
             self._motion = self._imu.measure()
-        if due[2]:
+        if by_foot := step % foot == 0:
             self._force, self._centre = self._feet.measure()
         self._feet.follow()
-        if any(due):
+        if by_joint or by_imu or by_foot:
             self._under_way.append((step, self._angle, self._motion, self._force, self._centre))
 
     def arrived(self, step: int, time: float) -> list[Reading]:

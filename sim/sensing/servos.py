@@ -22,18 +22,25 @@ class Servos:
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        self._model, self._data = model, data
+        self._model = model
         self.order = _motor_order(model)
         self._columns = _servo_columns(model)
         self._controls = np.zeros((model.njnt - 1, 3))
+        self._flat, self._ctrl = self._controls.reshape(-1), data.ctrl
         self._file_gains = model.actuator_gainprm[self.order][:, _GAINS].copy()
         self._gains_changed = False
 
-    def set(self, targets: JointTargets) -> None:
-        """Give them their targets, and gains if these have some."""
+    def set(self, targets: JointTargets, at: tuple[Array, Array] | None = None) -> None:
+        """Give them their targets, and gains if these have some.
+
+        Args:
+            targets: what they shall hold.
+            at: (n,) angle [rad] and (n,) speed [rad/s] to hold instead of those of the targets.
+        """
         controls = self._controls
-        controls[:, 0], controls[:, 1], controls[:, 2] = targets.position, targets.velocity, targets.torque
-        self._data.ctrl[self._columns] = controls.ravel()
+        controls[:, 0], controls[:, 1] = (targets.position, targets.velocity) if at is None else at
+        controls[:, 2] = targets.torque
+        self._ctrl[self._columns] = self._flat
         if targets.stiffness is not None or targets.damping is not None or self._gains_changed:
             self._set_gains(targets.stiffness, targets.damping)
 

@@ -11,7 +11,7 @@ from controllers.estimation.contact import SoleContact
 from controllers.estimation.invariant_filter import SIZE, InvariantFilter, Noise
 from controllers.estimation.options import EkfOptions
 from controllers.geometry.rotation import skew, turn
-from controllers.whole_body.measured_body import SoleMotion
+from controllers.multibody.tree import MOTION
 from models.robot import load_robot
 
 G, DT = 9.81, 0.001
@@ -120,14 +120,14 @@ def test_rows_of_a_sole_are_the_derivatives_of_what_they_compare() -> None:
     gyro, cop = np.array([1.0, -2.0, 0.5]), np.array([0.01, -0.005])
     state = somewhere()
     # a sole that lies flat in the world
-    sole = SoleMotion(
-        np.array([0.02, 0.04, -0.2]), state.rotation.T.copy(), np.array([0.1, 0.2, 0.3]), np.array([0.5, 0.4, -0.3])
-    )
+    at, moves, turns = np.array([0.02, 0.04, -0.2]), np.array([0.1, 0.2, 0.3]), np.array([0.5, 0.4, -0.3])
+    sole = np.array([(state.rotation.T, at, turns, moves)], MOTION)
 
     def rows(where: InvariantFilter) -> tuple[np.ndarray, np.ndarray]:
         got: list[tuple[np.ndarray, np.ndarray]] = []
         where.correct = lambda H, excess, variance: got.append((H.copy(), excess.copy()))  # type: ignore[method-assign]
-        contact(5.0).take(where, gyro - where.gyro_bias, [(sole, 30.0, cop)])
+        where.rate[:] = gyro - where.gyro_bias
+        contact(5.0).take(where, sole, np.array([30.0]), cop[None])
         return got[0]
 
     H, excess = rows(moved(state, np.zeros(SIZE)))
@@ -146,8 +146,8 @@ def test_rows_of_a_sole_are_the_derivatives_of_what_they_compare() -> None:
 def test_a_sole_without_load_or_centre_says_nothing(force: float, cop: float) -> None:
     state = somewhere()
     before = state.covariance.copy()
-    sole = SoleMotion(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
-    contact(5.0).take(state, np.zeros(3), [(sole, force, np.full(2, cop))])
+    sole = np.array([(np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))], MOTION)
+    contact(5.0).take(state, sole, np.array([force]), np.full((1, 2), cop))
     np.testing.assert_array_equal(state.covariance, before)
 
 
@@ -156,7 +156,7 @@ def test_a_slipping_sole_is_believed_less() -> None:
     for speed in (0.001, 3.0):
         state = fresh()
         state.velocity = np.array([speed, 0.0, 0.0])
-        flat = SoleMotion(np.array([0.0, 0.0, 0.03]), np.eye(3), np.zeros(3), np.zeros(3))
-        contact(5.0).take(state, np.zeros(3), [(flat, 30.0, np.zeros(2))])
+        flat = np.array([(np.eye(3), np.array([0.0, 0.0, 0.03]), np.zeros(3), np.zeros(3))], MOTION)
+        contact(5.0).take(state, flat, np.array([30.0]), np.zeros((1, 2)))
         gains.append(1.0 - state.velocity[0] / speed)
     assert gains[1] < 1e-3 < 0.3 < gains[0]

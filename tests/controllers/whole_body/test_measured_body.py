@@ -43,12 +43,12 @@ def test_cog_momentum_and_soles(body: MeasuredBody, seed: int) -> None:
     np.testing.assert_allclose(body.cog_velocity, data.subtree_linvel[trunk], rtol=0, atol=ROUNDING)
     np.testing.assert_allclose(body.angular_momentum, data.subtree_angmom[trunk], rtol=0, atol=ROUNDING)
     np.testing.assert_allclose(body.trunk_com, data.xipos[trunk], rtol=0, atol=ROUNDING)
-    for side in SIDES:
-        position, rotation, yaw = body.sole(side)
-        site = data.site(f"{side}_sole")
-        np.testing.assert_allclose(position, site.xpos, rtol=0, atol=ROUNDING)
-        np.testing.assert_allclose(rotation.ravel(), site.xmat, rtol=0, atol=ROUNDING)
-        assert yaw == pytest.approx(np.arctan2(site.xmat[3], site.xmat[0]), abs=ROUNDING)
+    for i, side in enumerate(SIDES):
+        site, sole = data.site(f"{side}_sole"), body.soles[i]
+        np.testing.assert_allclose(body.sole_places[i], site.xpos, rtol=0, atol=ROUNDING)
+        np.testing.assert_allclose(sole["R"].ravel(), site.xmat, rtol=0, atol=ROUNDING)
+        assert_moves(model, data, f"{side}_sole", sole)
+        assert body.yaw(i) == pytest.approx(np.arctan2(site.xmat[3], site.xmat[0]), abs=ROUNDING)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -57,11 +57,16 @@ def test_soles_as_the_joints_move_them(body: MeasuredBody, seed: int) -> None:
     data.qpos[:7] = 0, 0, 0, 1, 0, 0, 0
     data.qvel[:6] = 0
     mujoco.mj_forward(model, data)
-    soles = body.soles(configuration[7:], velocity[6:])
-    for side in SIDES:
-        site, twist = data.site(f"{side}_sole"), np.zeros(6)
-        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, site.id, twist, 0)
-        np.testing.assert_allclose(soles[side].position, site.xpos, rtol=0, atol=ROUNDING)
-        np.testing.assert_allclose(soles[side].rotation.ravel(), site.xmat, rtol=0, atol=ROUNDING)
-        np.testing.assert_allclose(soles[side].turning, twist[:3], rtol=0, atol=ROUNDING)
-        np.testing.assert_allclose(soles[side].velocity, twist[3:], rtol=0, atol=ROUNDING)
+    soles = body.by_joints(configuration[7:], velocity[6:])
+    for side, sole in zip(SIDES, soles, strict=True):
+        site = data.site(f"{side}_sole")
+        np.testing.assert_allclose(sole["p"], site.xpos, rtol=0, atol=ROUNDING)
+        np.testing.assert_allclose(sole["R"].ravel(), site.xmat, rtol=0, atol=ROUNDING)
+        assert_moves(model, data, f"{side}_sole", sole)
+
+
+def assert_moves(model: mujoco.MjModel, data: mujoco.MjData, site: str, sole: np.ndarray) -> None:
+    twist = np.zeros(6)
+    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, data.site(site).id, twist, 0)
+    np.testing.assert_allclose(sole["w"], twist[:3], rtol=0, atol=ROUNDING)
+    np.testing.assert_allclose(sole["v"], twist[3:], rtol=0, atol=ROUNDING)
