@@ -44,6 +44,7 @@ class PushedPhysics(dm_mujoco.Physics):
         """Take a schedule of pushes, from physics step 0 on."""
         self.impulse_log = impulse_log
         self.steps_done = 0
+        self._warned = self.data.ptr.warning.number
         self.bodies = [self._body(push) for push in impulse_log.scheduled]
 
     def watch(self, watcher: Callable[[int], None] | None) -> None:
@@ -66,21 +67,29 @@ class PushedPhysics(dm_mujoco.Physics):
             PhysicsError: the simulation diverged; it is looked for once, after the last step.
         """
         acting = self.impulse_log.active(self.steps_done, self.steps_done + nstep)
-        model, data = self.model.ptr, self.data.ptr
+        model, data, warned = self.model.ptr, self.data.ptr, self._warned.tobytes()
+        for _ in range(nstep):
+            for index in acting:
+                if (sample := self.impulse_log.sample(index, self.steps_done)) is not None:
+                    self._apply(index, sample)
+            # From a state whose positions and velocities are worked out already, to the next such state; that the
+            # arena never integrates by RK4 lets a step be halved so.
+            mujoco.mj_step2(model, data)
+            mujoco.mj_step1(model, data)
+            self.steps_done += 1
+            for index in acting:
+                data.xfrc_applied[self.bodies[index] or slice(None)] = 0.0
+            if self._watcher is not None:
+                self._watcher(self.steps_done)
+        if self._warned.tobytes() != warned:
+            self._complain(warned)
+
+    def _complain(self, before: bytes) -> None:
+        """Have dm_control say what MuJoCo has warned of since its counters stood like this."""
+        now = self._warned.copy()
+        self._warned[:] = np.frombuffer(before, now.dtype)
         with self.check_invalid_state():
-            for _ in range(nstep):
-                for index in acting:
-                    if (sample := self.impulse_log.sample(index, self.steps_done)) is not None:
-                        self._apply(index, sample)
-                # From a state whose positions and velocities are worked out already, to the next such state; that the
-                # arena never integrates by RK4 lets a step be halved so.
-                mujoco.mj_step2(model, data)
-                mujoco.mj_step1(model, data)
-                self.steps_done += 1
-                for index in acting:
-                    data.xfrc_applied[self.bodies[index] or slice(None)] = 0.0
-                if self._watcher is not None:
-                    self._watcher(self.steps_done)
+            self._warned[:] = now
 
     def push_point(self, index: int) -> Array:
         """(3,) where a push acts now, of a torque the body's COM, world frame [m]."""
@@ -138,13 +147,25 @@ class HumanoidWorld:
         self.body = TrueBody(model, scenario)
         self.physics: PushedPhysics = PushedPhysics.from_model(wrapper.MjModel(model))
         self._model, self._data = self.physics.model.ptr, self.physics.data.ptr
-        self._trunk = model.body(TRUNK).id
         self._site: dict[Side, int] = {side: model.site(f"{side}_sole").id for side in SIDES}
-        self._sole_at: dict[Side, int] = {side: int(model.sensor(f"{side}_sole").adr[0]) for side in SIDES}
+        self._look(model.body(TRUNK).id)
         self._servos = Servos(self._model, self._data)
-        self._floor_at = int(model.sensor(FLOOR).adr[0])
         self.ticks = 0
         self.reset()
+
+    def _look(self, trunk: int) -> None:
+        """Keep views of what every tick reads: MuJoCo's data stay where they are."""
+        model, data = self._model, self._data
+        self._qpos, self._qvel, self._effort = data.qpos, data.qvel, data.actuator_force
+        self._cog, self._cog_velocity = data.subtree_com[trunk], data.subtree_linvel[trunk]
+        self._angular_momentum, self._trunk_axes = data.subtree_angmom[trunk], data.xmat[trunk]
+        at = {side: int(model.sensor(f"{side}_sole").adr[0]) for side in SIDES}
+        self._feet: dict[Side, tuple[Array, Array, Array]] = {
+            side: (data.site_xpos[site], data.site_xmat[site, :4], data.sensordata[at[side] : at[side] + 10])
+            for side, site in self._site.items()
+        }
+        floor = int(model.sensor(FLOOR).adr[0])
+        self._contacts = data.sensordata[floor : floor + 1]
 
     def reset(self, scenario: Scenario | None = None) -> None:
         """Start the episode anew, or one of a scenario that differs in seed, variation and pushes only."""
@@ -200,28 +221,26 @@ class HumanoidWorld:
 
     def observe(self) -> Observation:
         """What the controllers see now; arrays are copies."""
-        data = self._data
         total, moment_x, moment_y, feet = 0.0, 0.0, 0.0, {}
-        for side, site in self._site.items():
-            at = self._sole_at[side]
+        for side, (place, axes, sensor) in self._feet.items():
             # found, net force of the sole on the floor (3), torque (3), point (3), in the world frame
-            _, _, _, down, _, _, _, px, py, _ = data.sensordata[at : at + 10].tolist()
+            _, _, _, down, _, _, _, px, py, _ = sensor.tolist()
             normal = -down
             total += normal
             moment_x += normal * px
             moment_y += normal * py
-            cos, _, _, sin = data.site_xmat[site, :4].tolist()
-            feet[side] = FootState(position=data.site_xpos[site].copy(), yaw=math.atan2(sin, cos), force=normal)
+            cos, _, _, sin = axes.tolist()
+            feet[side] = FootState(position=place.copy(), yaw=math.atan2(sin, cos), force=normal)
         loaded = total > 1e-6
         return Observation(
             time=self.time,
-            cog=data.subtree_com[self._trunk].copy(),
-            cog_velocity=data.subtree_linvel[self._trunk].copy(),
-            angular_momentum=data.subtree_angmom[self._trunk].copy(),
+            cog=self._cog.copy(),
+            cog_velocity=self._cog_velocity.copy(),
+            angular_momentum=self._angular_momentum.copy(),
             zmp=np.array([moment_x / total, moment_y / total] if loaded else [math.nan, math.nan]),
             feet=feet,
-            configuration=data.qpos.copy(),
-            velocity=data.qvel.copy(),
+            configuration=self._qpos.copy(),
+            velocity=self._qvel.copy(),
         )
 
     def set_targets(self, targets: JointTargets) -> None:
@@ -234,18 +253,16 @@ class HumanoidWorld:
 
     def trunk_tilt(self) -> float:
         """Angle between the trunk's z axis and the vertical [rad]."""
-        return math.acos(min(1.0, max(-1.0, float(self._data.xmat[self._trunk][8]))))
+        return math.acos(min(1.0, max(-1.0, float(self._trunk_axes[8]))))
 
     def other_contact(self) -> bool:
         """Whether anything but a sole touches the floor."""
-        counts = self._data.sensordata
-        soles = counts[self._sole_at["left"]] + counts[self._sole_at["right"]]
-        return bool(counts[self._floor_at] > soles)
+        return bool(self._contacts[0] > sum(sensor[0] for _, _, sensor in self._feet.values()))
 
     def joints(self) -> tuple[Array, Array]:
         """(n,) angle [rad] and (n,) speed [rad/s] of the joints now, as views."""
-        return self._data.qpos[7:], self._data.qvel[6:]
+        return self._qpos[7:], self._qvel[6:]
 
     def motor_state(self) -> tuple[Array, Array]:
         """(n,) torque [N m] and (n,) speed [rad/s] of the motors, as views."""
-        return self._data.actuator_force[self._servos.order], self._data.qvel[6:]
+        return self._effort[self._servos.order], self._qvel[6:]
