@@ -17,7 +17,7 @@ from sim.sensing.servos import Servos
 
 Array = NDArray[np.float64]
 
-_STEP = 0.002
+_STEP = 0.001
 """Of its physics at most [s]."""
 # Nobody knows the true floor: this one is softer and more slippery than the arena's.
 _SOLREF, _FRICTION = (0.008, 1.0), 0.7
