@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,20 +30,26 @@ class SightError:
     peak: float
 
 
-def seen_row(truth: Observation, seen: Observation, omega: float) -> Array:
-    """(8,) values of `SEEN_CHANNELS`.
+def seen_row(truth: Observation, seen: Observation, omega: float) -> tuple[float, ...]:
+    """The eight values of `SEEN_CHANNELS`.
 
     Where the robot is in the world nobody can feel and no controller needs: errors are of positions relative to the
     soles that carry weight.
     """
-    total, shift = 0.0, np.zeros(2)
+    total, shift_x, shift_y = 0.0, 0.0, 0.0
     for side in SIDES:
-        force = truth.feet[side].force
-        total += force
-        shift += force * (seen.feet[side].position - truth.feet[side].position)[:2]
-    away = shift / total if total > 0.0 else np.full(2, np.nan)
-    ahead = (seen.cog_velocity - truth.cog_velocity)[:2] / omega
-    return np.concatenate([seen.cog, seen.cog_velocity, (seen.cog - truth.cog)[:2] - away + ahead])
+        there, here = truth.feet[side], seen.feet[side]
+        total += there.force
+        shift_x += there.force * float(here.position[0] - there.position[0])
+        shift_y += there.force * float(here.position[1] - there.position[1])
+    away_x, away_y = (shift_x / total, shift_y / total) if total > 0.0 else (math.nan, math.nan)
+    x, y, z = seen.cog.tolist()
+    vx, vy, vz = seen.cog_velocity.tolist()
+    true_x, true_y, _ = truth.cog.tolist()
+    true_vx, true_vy, _ = truth.cog_velocity.tolist()
+    error_x = x - true_x - away_x + (vx - true_vx) / omega
+    error_y = y - true_y - away_y + (vy - true_vy) / omega
+    return x, y, z, vx, vy, vz, error_x, error_y
 
 
 def seen_cog(cog: Array, velocity: Array, seen: Array, omega: float) -> Array:

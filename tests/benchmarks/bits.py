@@ -42,6 +42,7 @@ CASES: dict[str, dict[str, Any]] = {
     "disturbed": _PUSHED
     | {"disturbance": {"mass_scale": 1.05, "friction": 0.6}}
     | {"sensing": {"latency": 0.004, "state_noise": {"velocity": 0.003}}},
+    "sensed": _PUSHED | {"sensing": {"preset": "typical", "latency": 0.004}, "body": {"scale": 1.0}},
     "felled": {"duration": 5.0, "pushes": [{"start": 0.5, "direction": 45.0, "delta_v": 1.0}]},
     "on the COG": {"duration": 5.0, "pushes": [{"start": 0.5, "direction": 180.0, "delta_v": 0.4, "body": "cog"}]},
 }
