@@ -89,10 +89,7 @@ class Regulator:
 
     def choose(self, x: Array, present: Gain | None) -> Gain:
         """The stiffest gain whose set holds state x (4,), else the softest; `present` is not left at the rim."""
-        for moa in self.bank.sets:
-            if moa.slack(x) >= (0.0 if moa.gain is present else HYSTERESIS):
-                return moa.gain
-        return self.softest.gain
+        return self.bank.stiffest(x, present, HYSTERESIS).gain
 
     def zmp(self, x: Array, gain: Gain | None = None, centre: Array | None = None) -> Array:
         """ZMP command u (2,), (13) and (18) [m]; not limited to the polygon.
