@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from controllers.geometry.planar import COLLINEAR, clipped, hull, nearest
+from controllers.geometry.planar import COLLINEAR, clipped, hull
+from controllers.geometry.planar_kernel import nearest
 from models.errors import OkiagariError
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ class SupportPolygon:
             return x, y
         if inside == -math.inf:
             raise SupportError(f"no point of the polygon is nearest to ({x!r}, {y!r})")
-        return nearest(self._corners, x, y)
+        return nearest(self.vertices, x, y)
 
     def shrunk(self, margin: float) -> SupportPolygon:
         """Polygon of the points at least `margin` [m] inside.
