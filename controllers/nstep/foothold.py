@@ -11,7 +11,7 @@ import numpy as np
 
 from controllers.geometry.linear_program import LinearProgram
 from controllers.nstep.box import flat
-from controllers.nstep.foothold_kernel import SAME, best_between, last_foothold, program_limits, tangents_of
+from controllers.nstep.foothold_kernel import SAME, landed, last_reach, program_limits
 from controllers.nstep.step_sets import StepSets
 from models.errors import InputError
 from models.robot import Side
@@ -84,16 +84,11 @@ def choose_foothold(
     k, tables = sets.tick(time_left), sets.tables
     last, more = sets.boxes(stance, k, swing, step_time)
     usable, growth = tables.usable, 1.0 / float(tables.decay[k])
-    calm = usable.nearest(point)
+    calm = usable.nearest_to(*point.tolist())
     if steps == 1:
         box, share = last, 0.5
         normals, ahead, rows = tables.normals, tables.last, tables.program.copy()
-        near, far = tables.weights
-        sides = (box[1][0], box[1][1], -box[0][0], -box[0][1])
-        reach = np.array((*[(far if side > 0.0 else near) * side for side in sides], 0.0, 0.0))
-        across = tangents_of(flat(box))
-        if len(across):
-            rows[len(usable.v) + 4 : len(usable.v) + 6, 2:4] = across
+        reach = last_reach(flat(box), *tables.weights, rows, len(usable.v))
     else:
         table = sets.table(stance, step_time)
         box, share = more, 1.0
@@ -108,24 +103,27 @@ def choose_foothold(
         offsets = (growth / a) * (ahead[:, k - 1] - (a - 1.0) * sets.error.support(normals))
         rows = rows.copy()
         rows[-1 - len(normals) : -1, :2] *= moved
-    free = growth * point
+    # Plain numbers where there are two: arrays would take four times as long.
+    (x, y), (px, py), pull = point.tolist(), wanted.tolist(), growth - 1.0
+    free_x, free_y, offsets = growth * x, growth * y, np.ascontiguousarray(offsets)
     asked = margin if margin > _LEAST else _LEAST
-    limits = program_limits(growth, usable.v, reach, np.ascontiguousarray(offsets), normals, free, asked)
-    (zx, zy), (px, py), pull = calm.tolist(), wanted.tolist(), growth - 1.0
+    limits = program_limits(growth, usable.v, reach, offsets, normals, free_x, free_y, asked)
+    zx, zy = calm
     optimum = _solve((pull * zx, pull * zy, share * px, share * py), rows, limits)
-    zmp = usable.nearest(optimum[:2] / (growth - 1.0)) if k else calm
-    shift = (growth - 1.0) * zmp
-    room = offsets - normals.dot(free - moved * shift)
-    _, _, x, y, most = optimum.tolist()
-    if steps == 1:
-        ample = most >= margin - SAME
-        x, y = last_foothold(normals, room - most, *tables.weights, x, y, flat(box), wanted, ample)
-    # Plain numbers: arrays of two would take four times as long.
-    (x1, y1), (x2, y2) = box
-    position = np.array((min(max(x, x1), x2), min(max(y, y1), y2)))
-    along = normals.dot(position)
-    slack = float(np.minimum.reduce(room + along)) if steps > 1 else best_between(room, along, *tables.weights)
-    return Foothold(position=position, zmp=zmp, landing_dcm=free - shift, slack=slack)
+    moved_x, moved_y, px, py, most = optimum.tolist()
+    if k:
+        zx, zy = usable.nearest_to(moved_x / pull, moved_y / pull)
+    shift_x, shift_y = pull * zx, pull * zy
+    landing = free_x - moved * shift_x, free_y - moved * shift_y
+    ample = most >= margin - SAME
+    low, high = tables.weights if steps == 1 else (1.0, 1.0)
+    px, py, slack = landed(normals, offsets, *landing, low, high, px, py, most, ample, flat(box), wanted)
+    return Foothold(
+        position=np.array((px, py)),
+        zmp=np.array((zx, zy)),
+        landing_dcm=np.array((free_x - shift_x, free_y - shift_y)),
+        slack=slack,
+    )
 
 
 def _solve(wanted: tuple[float, float, float, float], rows: np.ndarray, limits: np.ndarray) -> np.ndarray:

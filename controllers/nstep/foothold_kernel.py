@@ -100,15 +100,78 @@ def slacks_ahead(row: Array, ahead: Array, k: int, decay: float, box: Array, x: 
 
 
 @compiled
+def last_reach(box: Array, low: float, high: float, rows: Array, own: int) -> Array:
+    """Right sides (6,) of y = lam p, p in a box (4,) and lam between the weights; its tangents go into the program.
+
+    Args:
+        box: of p.
+        low, high: weights.
+        rows: (., 5) of the program; the two across the box are written, or left zero if it holds the origin.
+        own: rows before those of the feet.
+    """
+    reach = np.zeros(6)
+    reach[0], reach[1], reach[2], reach[3] = box[2], box[3], -box[0], -box[1]
+    for i in range(4):
+        reach[i] *= high if reach[i] > 0.0 else low
+    across = tangents_of(box)
+    for i in range(len(across)):
+        rows[own + 4 + i, 2], rows[own + 4 + i, 3] = across[i, 0], across[i, 1]
+    return reach
+
+
+@compiled
+def landed(
+    normals: Array,
+    offsets: Array,
+    dcm_x: float,
+    dcm_y: float,
+    low: float,
+    high: float,
+    x: float,
+    y: float,
+    most: float,
+    ample: bool,
+    box: Array,
+    wanted: Array,
+) -> tuple[float, float, float]:
+    """The foothold within a box, and the slack of the DCM at landing in the set that counts then.
+
+    Args:
+        normals, offsets: (J, 2), (J,) of that set, seen from lam times the foothold.
+        dcm_x, dcm_y: DCM at landing, seen from the stance foot [m].
+        low, high: limits of lam; alike if steps follow.
+        x, y: y = lam p of the program's optimum [m].
+        most: its slack [m].
+        ample: whether there are other y with that slack.
+        box: (4,).
+        wanted: (2,).
+    """
+    room = offsets - np.dot(normals, np.array([dcm_x, dcm_y]))
+    more = low == high
+    if not more:
+        x, y = last_foothold(normals, room - most, low, high, x, y, box, wanted, ample)
+    x, y = min(max(x, box[0]), box[2]), min(max(y, box[1]), box[3])
+    along = np.dot(normals, np.array([x, y]))
+    return x, y, np.min(room + along) if more else best_between(room, along, low, high)
+
+
+@compiled
 def program_limits(
-    growth: float, edges: Array, reach: Array, offsets: Array, normals: Array, free: Array, margin: float
+    growth: float,
+    edges: Array,
+    reach: Array,
+    offsets: Array,
+    normals: Array,
+    free_x: float,
+    free_y: float,
+    margin: float,
 ) -> Array:
     """Right sides of the program of a foothold: those of the sole, of the feet, of the set and of the slack."""
     own, feet, rows = len(edges), len(reach), len(offsets)
     limits = np.empty(own + feet + rows + 1)
     limits[:own] = (growth - 1.0) * edges
     limits[own : own + feet] = reach
-    limits[own + feet : -1] = offsets - np.dot(normals, free)
+    limits[own + feet : -1] = offsets - np.dot(normals, np.array([free_x, free_y]))
     limits[-1] = margin
     return limits
 

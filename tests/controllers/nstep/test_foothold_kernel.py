@@ -78,7 +78,9 @@ def test_limits_of_the_program(rng: np.random.Generator) -> None:
     normals, free = rng.normal(size=(7, 2)), rng.normal(size=2)
     edges, reach, offsets = rng.normal(size=4), rng.normal(size=6), rng.normal(size=7)
     expected = np.concatenate((1.5 * edges, reach, offsets - normals @ free, (0.01,)))
-    assert program_limits(2.5, edges, reach, offsets, normals, free, 0.01) == pytest.approx(expected, abs=ROUNDING)
+    assert program_limits(2.5, edges, reach, offsets, normals, free[0], free[1], 0.01) == pytest.approx(
+        expected, abs=ROUNDING
+    )
 
 
 def test_the_foothold_is_the_nearest_of_the_cone(rng: np.random.Generator) -> None:
