@@ -78,6 +78,10 @@ class Pendulum:
     def dcm(self, x: ArrayLike) -> np.ndarray:
         """Divergent component of motion (..., 2) [m]: COG + COG velocity / omega."""
         x = np.asarray(x, dtype=float)
+        if x.shape == (4,):
+            # Every tick asks for one state: plain floats are three times as fast.
+            px, vx, py, vy = x.tolist()
+            return np.array([px + vx / self.omega, py + vy / self.omega])
         return x[..., 0::2] + x[..., 1::2] / self.omega
 
     def rest(self, position: ArrayLike) -> np.ndarray:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from controllers.admissible.moa import MoaSet, regulator_set
 from controllers.admissible.robust import EmptySetError, ZmpError
 from controllers.gains import Gain, GainError
+from controllers.geometry.slack_kernel import first_with, slack_in_any
 from controllers.geometry.support_polygon import SupportPolygon
 from controllers.pendulum import Pendulum
 
@@ -59,6 +60,12 @@ class GainBank:
 
     sets: tuple[MoaSet, ...]
     left_out: dict[str, str] = field(default_factory=dict)
+    _tables: np.ndarray = field(init=False, repr=False)
+    _rows: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_tables", np.concatenate([moa.table.ravel() for moa in self.sets]))
+        object.__setattr__(self, "_rows", np.array([len(moa.a) for moa in self.sets]))
 
     @property
     def pendulum(self) -> Pendulum:
@@ -89,7 +96,15 @@ class GainBank:
 
     def slack(self, x: ArrayLike) -> float:
         """Largest slack [m of ZMP] of state x (4,) in any of the sets; negative outside the union."""
-        return max(moa.slack(x) for moa in self.sets)
+        return slack_in_any(self._tables, self._rows, np.ascontiguousarray(x, float))
+
+    def stiffest(self, x: ArrayLike, present: Gain | None, more: float) -> MoaSet:
+        """The first set that holds state x (4,) with a slack of `more` [m of ZMP], else the last one.
+
+        The set of the present gain, if there is one, need only hold it.
+        """
+        held = next((k for k, moa in enumerate(self.sets) if moa.gain is present), -1)
+        return self.sets[first_with(self._tables, self._rows, np.ascontiguousarray(x, float), held, more)]
 
     def slacks(self, x: ArrayLike) -> np.ndarray:
         """`slack` of each state of x (..., 4), as (...,)."""

@@ -19,8 +19,6 @@ COLLINEAR = 1e-9
 _SAME = 1e-9
 # An edge shorter than this [m] is a corner: far below a sole, far above the rounding of a clip.
 _SHORT = 1e-10
-# Twice an area below this [m^2] is none.
-_FLAT = 1e-18
 # Half the side of the square that clipping starts from [m]; no robot in sight steps as far.
 _FAR = 1e3
 
@@ -157,28 +155,6 @@ def clipped(points: Points, half_planes: Iterable[tuple[Sequence[float], float]]
             ax, ay, before = bx, by, after
         points = kept
     return points
-
-
-def nearest(points: Sequence[tuple[float, float]], x: float, y: float) -> tuple[float, float]:
-    """Point of a convex polygon (counter-clockwise, not empty, perhaps flat) that is nearest to (x, y)."""
-    inside, twice = True, 0.0
-    best, found = math.inf, points[0]
-    ax, ay = points[-1]
-    for bx, by in points:
-        ex, ey, wx, wy = bx - ax, by - ay, x - ax, y - ay
-        turn = ex * wy - ey * wx
-        twice += turn
-        if turn < 0.0:
-            inside = False
-        square = ex * ex + ey * ey
-        along = min(max((wx * ex + wy * ey) / square, 0.0), 1.0) if square > 0.0 else 0.0
-        px, py = ax + along * ex, ay + along * ey
-        distance = (x - px) ** 2 + (y - py) ** 2
-        if distance < best:
-            best, found = distance, (px, py)
-        ax, ay = bx, by
-    # Every point in line with a flat polygon is on no outer side of its edges.
-    return (x, y) if inside and twice > _FLAT else found
 
 
 def tangents(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:

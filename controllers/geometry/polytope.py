@@ -16,6 +16,7 @@ from controllers.geometry.linear_program import (
     chebyshev_centre,
 )
 from controllers.geometry.outline import outline
+from controllers.geometry.slack_kernel import least_slacks
 from models.errors import OkiagariError
 
 # A set thinner than this [m] has no inside that double precision can work with.
@@ -23,9 +24,6 @@ _FLAT = 1e-10
 # A row counts as redundant when it cuts less than this off (relative to its right side), far below a rounding
 # of the state estimate and above the tolerance of the solvers.
 _REDUNDANT = 1e-9
-# Points evaluated at a time: the product with some hundred rows then stays in the second cache.
-_CHUNK = 256
-
 
 MANY = 2_000
 """Rows of a set whose shadow is not found to the last corner: each costs milliseconds, and there are thousands."""
@@ -85,18 +83,9 @@ class Polytope:
     def slack(self, x: ArrayLike) -> np.ndarray:
         """min(a - S x) of each point of x (..., n), as (...,): negative outside, in the unit of a."""
         x = np.asarray(x, dtype=float)
-        points = x.reshape(-1, self.n)
+        points = np.ascontiguousarray(x.reshape(-1, self.n))
         out = np.empty(len(points))
-        # One product gives a - S x outright, and the least of it runs along memory.
-        rows = np.column_stack((-self.S, self.a))
-        chunk = np.ones((self.n + 1, min(_CHUNK, len(points))))
-        slack = np.empty((len(rows), chunk.shape[1]))
-        for i in range(0, len(points), _CHUNK):
-            part = points[i : i + _CHUNK].T
-            chunk, slack = chunk[:, : part.shape[1]], slack[:, : part.shape[1]]
-            chunk[:-1] = part
-            np.matmul(rows, chunk, out=slack)
-            np.minimum.reduce(slack, axis=0, out=out[i : i + _CHUNK], initial=np.inf)
+        least_slacks(np.ascontiguousarray(self.S), np.ascontiguousarray(self.a), points, out)
         return out.reshape(x.shape[:-1])
 
     def contains(self, x: ArrayLike) -> np.ndarray:

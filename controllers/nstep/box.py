@@ -58,6 +58,11 @@ def box_tangents(box: Box) -> list[tuple[float, float]]:
     return [(-left[1] / wide, left[0] / wide), (right[1] / narrow, -right[0] / narrow)]
 
 
+def flat(box: Box) -> np.ndarray:
+    """The box as (4,): lower, then upper corner."""
+    return np.array(box[0] + box[1])
+
+
 def box_supports(box: Box, normals: np.ndarray) -> np.ndarray:
     """Support function (J,) of a box."""
     return supports(np.array(box_corners(box)), normals)

@@ -91,9 +91,7 @@ class SetTables:
         row: (J, 6), as of a `StanceTable`.
         program: the same, with two rows left zero for what depends on the box of footholds.
         last: (J, K + 1) offsets [m] k ticks before the last landing, seen from a^{-k} lam p.
-        last_rows: (normal x, normal y, offset) of these, for each k.
-        last_corners: vertices of these sets, for each k.
-        outlines: (2, n, K + 1) the same, the last one of each repeated to fill.
+        outlines: (2, n, K + 1) vertices of these sets, the last one of each repeated to fill.
         boxes: stance side -> reach of the last foothold.
         stances: (stance side, ticks of a step) -> table.
     """
@@ -105,8 +103,6 @@ class SetTables:
     row: np.ndarray
     program: np.ndarray
     last: np.ndarray
-    last_rows: tuple[tuple[tuple[float, float, float], ...], ...]
-    last_corners: tuple[tuple[tuple[float, float], ...], ...]
     outlines: np.ndarray
     boxes: Mapping[Side, Box]
     stances: Mapping[tuple[Side, int], StanceTable]
@@ -182,8 +178,6 @@ class _Builder:
             row=_sealed(_row(self._normals)),
             program=_sealed(program_rows(self._usable.M, np.vstack((AXES, np.zeros((2, 2)))), self._normals)),
             last=_sealed(last.T.copy()),
-            last_rows=tuple(tuple(map(tuple, np.column_stack((self._normals, h)).tolist())) for h in last),
-            last_corners=tuple(tuple((float(x), float(y)) for x, y in outline) for outline in outlines),
             outlines=_sealed(
                 np.array([o[np.minimum(np.arange(most), len(o) - 1)].T for o in outlines]).transpose(1, 2, 0).copy()
             ),

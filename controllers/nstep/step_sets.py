@@ -18,9 +18,9 @@ from controllers.gains import UnstableGainError, dcm
 from controllers.geometry.planar import edge_lengths, fan, supports
 from controllers.geometry.polytope import Polytope
 from controllers.geometry.support_polygon import SupportError, SupportPolygon
-from controllers.nstep.box import Box, box_supports, box_tangents, union_offsets, within
+from controllers.nstep.box import Box, box_supports, box_tangents, flat, union_offsets, within
 from controllers.nstep.build import SetTables, StanceTable, StepModel, build
-from controllers.nstep.last_step import last_slack
+from controllers.nstep.foothold_kernel import last_slack, slacks_ahead
 from controllers.nstep.step_limits import StepLimits
 from controllers.pendulum import Pendulum
 from models.arena import SIDES
@@ -133,11 +133,12 @@ class StepSets:
         last, more = self.boxes(stance, k, swing, step_time)
         x, y = float(dcm[0]), float(dcm[1])
         decay = float(self.tables.decay[k])
-        (x1, y1), (x2, y2) = more
-        row = table.row.dot((decay * x2, decay * y2, decay * x1, decay * y1, x, y))
+        tables, (near, far) = self.tables, self.tables.weights
         slacks = np.empty(self.max_steps)
-        np.minimum.reduce(table.ahead[:, :, k] + row[:, None], axis=0, out=slacks[1:])
-        slacks[0] = last_slack(self.tables, x, y, k, last)
+        slacks[0] = last_slack(
+            tables.normals, tables.last, tables.outlines, k, near * decay, far * decay, flat(last), x, y
+        )
+        slacks_ahead(table.row, table.ahead, k, decay, flat(more), x, y, slacks[1:])
         return slacks
 
     def polygon(

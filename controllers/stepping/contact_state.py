@@ -43,6 +43,7 @@ class ContactState:
         """
         self.feet: dict[Side, Foot] = {}
         self.lifted: Side | None = None
+        self._at: dict[Side, tuple[float, float]] = {}
         self._sole = sole
         self._edge = edge
         self._heading: Heading | None = None
@@ -85,12 +86,11 @@ class ContactState:
         for side in SIDES:
             if side == self.lifted:
                 continue
-            state, known = observation.feet[side], self.feet.get(side)
-            if known is not None:
-                x, y, _ = state.position.tolist()
-                before_x, before_y = known.position.tolist()
-                if abs(x - before_x) <= MOVED and abs(y - before_y) <= MOVED:
-                    continue
+            state, known = observation.feet[side], self._at.get(side)
+            x, y, _ = state.position.tolist()
+            if known is not None and abs(x - known[0]) <= MOVED and abs(y - known[1]) <= MOVED:
+                continue
+            self._at[side] = x, y
             self.feet[side] = Foot(position=state.position[:2], yaw=state.yaw, sole=self._sole)
             moved = True
         if moved:
@@ -109,4 +109,4 @@ class ContactState:
 
     def forget(self) -> None:
         """Take both feet for where they are when they are seen next, however little they moved."""
-        self.feet = {}
+        self.feet, self._at = {}, {}

@@ -150,7 +150,8 @@ class StanceRecovery:
                 return ""
             self.plan, self._tried = None, ATTEMPTS
             return "the legs do not reach so far: the stance stays"
-        if math.hypot(*(dcm - contacts.middle)) > QUIET * self._scale.length:
+        (x, y), (middle_x, middle_y) = dcm.tolist(), contacts.middle.tolist()
+        if math.hypot(x - middle_x, y - middle_y) > QUIET * self._scale.length:
             self._quiet_since = None
         elif self._quiet_since is None:
             self._quiet_since = time

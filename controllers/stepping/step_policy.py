@@ -48,13 +48,14 @@ class Heading:
 
     def local(self, point: Array, origin: Array) -> Array:
         """(2,) of the world seen from a foot at `origin` (2,) [m]."""
-        x, y = float(point[0] - origin[0]), float(point[1] - origin[1])
+        (px, py), (ox, oy) = point.tolist(), origin.tolist()
+        x, y = px - ox, py - oy
         return np.array([self._cos * x + self._sin * y, self._cos * y - self._sin * x])
 
     def world(self, point: Array, origin: Array) -> Array:
         """The inverse of `local`."""
-        x, y = float(point[0]), float(point[1])
-        return np.array([origin[0] + self._cos * x - self._sin * y, origin[1] + self._sin * x + self._cos * y])
+        (x, y), (ox, oy) = point.tolist(), origin.tolist()
+        return np.array([ox + self._cos * x - self._sin * y, oy + self._sin * x + self._cos * y])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,4 +125,5 @@ def natural_foothold(dcm: Array, zmp: Array, growth: float, side: Side) -> Array
         side: the foot in the air.
     """
     outwards = OUTWARDS if side == "left" else -OUTWARDS
-    return np.array([zmp[0] + (dcm[0] - zmp[0]) * growth, zmp[1] + (dcm[1] - zmp[1]) * growth + outwards])
+    (x, y), (zx, zy) = dcm.tolist(), zmp.tolist()
+    return np.array([zx + (x - zx) * growth, zy + (y - zy) * growth + outwards])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from controllers.admissible.gain_bank import GainBank, gain_bank
 from controllers.admissible.moa import MoaSet, regulator_set
 from controllers.admissible.robust import ZmpError
+from controllers.compiled import compiled
 from controllers.gains import Gain
 from controllers.geometry.polytope import Polytope
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
@@ -89,10 +90,7 @@ class Regulator:
 
     def choose(self, x: Array, present: Gain | None) -> Gain:
         """The stiffest gain whose set holds state x (4,), else the softest; `present` is not left at the rim."""
-        for moa in self.bank.sets:
-            if moa.slack(x) >= (0.0 if moa.gain is present else HYSTERESIS):
-                return moa.gain
-        return self.softest.gain
+        return self.bank.stiffest(x, present, HYSTERESIS).gain
 
     def zmp(self, x: Array, gain: Gain | None = None, centre: Array | None = None) -> Array:
         """ZMP command u (2,), (13) and (18) [m]; not limited to the polygon.
@@ -103,7 +101,8 @@ class Regulator:
             centre: (2,) where to hold the COG instead of at `centre` [m].
         """
         F = self.gain.F if gain is None else gain.F
-        zmp = self.centre - F @ (x - self._x_C)
+        zmp = np.empty(2)
+        _regulated(F, self._x_C, x, zmp)
         if centre is None:
             return zmp
         # The same law about another centre: u_C moves, and -F x_C with it.
@@ -120,6 +119,13 @@ class Regulator:
     def explain(self, x: Array) -> str:
         """Which constraint is tightest, where and when, in the largest set."""
         return self.softest.explain(x)
+
+
+@compiled
+def _regulated(F: Array, x_C: Array, x: Array, zmp: Array) -> None:
+    """Write u_C - F (x - x_C), (13) and (18), to zmp (2,)."""
+    np.dot(F, x - x_C, zmp)
+    zmp[0], zmp[1] = x_C[0] - zmp[0], x_C[2] - zmp[1]
 
 
 def leg_bounds(robot: Robot) -> tuple[float, float]:

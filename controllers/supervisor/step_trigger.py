@@ -41,22 +41,25 @@ class StepTrigger:
         self.rate = np.zeros(2)
         self._dt = dt
         self._lead, self._steady = lead, steady
-        self._dcm: Array | None = None
-        self._difference: Array | None = None
+        self._dcm: tuple[float, float] | None = None
+        self._difference: tuple[float, float] | None = None
         self._jump = 0.0
 
     def see(self, dcm: Array) -> None:
         """Take in the DCM (2,) of this tick [m]."""
+        # Plain floats: sums of arrays of two take several times as long.
+        x, y = dcm.tolist()
         if self._dcm is not None:
-            difference = (dcm - self._dcm) / self._dt
-            self.rate = self.rate + self._share(difference) * (difference - self.rate)
-            self._difference = difference
-        self._dcm = dcm
+            dx, dy = (x - self._dcm[0]) / self._dt, (y - self._dcm[1]) / self._dt
+            share, (rate_x, rate_y) = self._share(dx, dy), self.rate.tolist()
+            self.rate = np.array([rate_x + share * (dx - rate_x), rate_y + share * (dy - rate_y)])
+            self._difference = dx, dy
+        self._dcm = x, y
 
-    def _share(self, difference: Array) -> float:
-        """By which the rate follows a difference (2,) [m/s]."""
+    def _share(self, dx: float, dy: float) -> float:
+        """By which the rate follows a difference (dx, dy) [m/s]."""
         if self._difference is not None and self._steady:
-            x, y = (difference - self._difference).tolist()
+            x, y = dx - self._difference[0], dy - self._difference[1]
             self._jump += JUMP_FILTER * (0.5 * (x * x + y * y) - self._jump)
         return RATE_FILTER if self._jump <= JUMP**2 else RATE_FILTER * JUMP / math.sqrt(self._jump)
 
@@ -82,6 +85,9 @@ class StepTrigger:
         """
         if slack < 0.0:
             return "the state left the regulator's set"
-        if by.any() and regulator.slack(x + np.array([by[0], 0.0, by[1], 0.0])) < -SURE:
-            return "the state is about to leave it"
+        by_x, by_y = by.tolist()
+        if by_x or by_y:
+            px, vx, py, vy = x.tolist()
+            if regulator.slack(np.array([px + by_x, vx, py + by_y, vy])) < -SURE:
+                return "the state is about to leave it"
         return ""

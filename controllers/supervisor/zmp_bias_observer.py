@@ -28,18 +28,26 @@ class ZmpBiasObserver:
 
     def forget(self) -> None:
         """A foot is lifted: another stance has another offset."""
-        self._wanted: Array | None = None
-        self._offset = np.zeros(2)
+        self._wanted: tuple[float, float] | None = None
+        self._offset = 0.0, 0.0
 
     def see(self, measured: Array, dcm_rate: Array) -> None:
         """Learn from the measured ZMP (2,) [m] of the last tick's command, NaN without floor contact."""
-        if self._wanted is None or not math.isfinite(measured[0]) or math.hypot(*dcm_rate) > self._calm:
+        # Plain floats throughout, for every tick that only stands asks.
+        x, y = measured.tolist()
+        if self._wanted is None or not math.isfinite(x) or math.hypot(*dcm_rate.tolist()) > self._calm:
             return
-        error = measured - self._wanted
-        # At every tick that only stands; np.clip says the same in twice the time.
-        self._offset = np.minimum(np.maximum(self._offset + self._share * error, -self._most), self._most)
+        (wanted_x, wanted_y), (offset_x, offset_y) = self._wanted, self._offset
+        self._offset = (
+            self._limited(offset_x + self._share * (x - wanted_x)),
+            self._limited(offset_y + self._share * (y - wanted_y)),
+        )
+
+    def _limited(self, offset: float) -> float:
+        return -self._most if offset < -self._most else self._most if offset > self._most else offset
 
     def made_up(self, wanted: Array, support: SupportPolygon) -> Array:
         """(2,) what to command within the support, so that the ZMP comes to be where it is wanted (2,) [m]."""
-        self._wanted = support.nearest(wanted)
-        return support.nearest(wanted - self._offset)
+        x, y = wanted.tolist()
+        self._wanted = support.nearest_to(x, y)
+        return np.array(support.nearest_to(x - self._offset[0], y - self._offset[1]))

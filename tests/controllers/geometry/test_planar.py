@@ -11,7 +11,6 @@ from controllers.geometry.planar import (
     corners,
     edge_lengths,
     fan,
-    nearest,
     supports,
     tangents,
     tightened,
@@ -57,24 +56,6 @@ def test_half_planes_without_area_are_told() -> None:
 def test_clipping_cuts_and_keeps() -> None:
     assert clipped(SQUARE, [((1.0, 0.0), 2.0)]) == SQUARE
     assert sorted(clipped(SQUARE, [((1.0, 0.0), 0.5)])) == [(-1.0, -1.0), (-1.0, 1.0), (0.5, -1.0), (0.5, 1.0)]
-
-
-@pytest.mark.parametrize(
-    ("points", "of", "found"),
-    [
-        (SQUARE, (0.3, -0.2), (0.3, -0.2)),
-        (SQUARE, (3.0, 0.5), (1.0, 0.5)),
-        (SQUARE, (3.0, 4.0), (1.0, 1.0)),
-        # Flat: a segment, there and back, and a point.
-        ([(0.0, 0.0), (0.0, 1.0), (0.0, 1.0), (0.0, 0.0)], (0.0, 2.0), (0.0, 1.0)),
-        ([(0.0, 0.0), (0.0, 1.0)], (3.0, 0.5), (0.0, 0.5)),
-        ([(0.5, 0.5)], (0.0, 0.0), (0.5, 0.5)),
-    ],
-)
-def test_nearest_point_of_a_polygon(
-    points: list[tuple[float, float]], of: tuple[float, float], found: tuple[float, float]
-) -> None:
-    assert nearest(points, *of) == found
 
 
 def test_tangents_touch_and_leave_the_polygon_on_one_side() -> None:
