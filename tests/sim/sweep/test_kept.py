@@ -185,7 +185,7 @@ from scenarios.schema import Scenario
 from sim.sweep import kept
 
 def loaded():
-    return {str(one): len(one.signatures) for one in gc.get_objects() if isinstance(one, CPUDispatcher)}
+    return {str(one): len(one.signatures) for one in gc.get_objects() if type(one) is CPUDispatcher}
 
 scenario = Scenario.model_validate(json.loads(sys.stdin.read()))
 kept.warm_up(scenario)
