@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import tempfile
 import time
@@ -50,6 +49,8 @@ def dask_cluster(count: int) -> Iterator[Workers]:
     Raises:
         ImportError: if `distributed` is not installed.
     """
+    # Of every worker, whose environment this is; it is read when `distributed` is imported.
+    os.environ.setdefault("DASK_LOGGING__DISTRIBUTED", "error")
     from distributed import LocalCluster
 
     with (
@@ -57,8 +58,7 @@ def dask_cluster(count: int) -> Iterator[Workers]:
             n_workers=count,
             threads_per_worker=1,
             host="127.0.0.1",
-            scheduler_kwargs={"dashboard": False},
-            silence_logs=logging.ERROR,
+            dashboard_address="127.0.0.1:0",
         ) as made,
         executors.cluster(made.scheduler_address) as crew,
     ):
