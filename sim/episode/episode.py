@@ -21,6 +21,7 @@ from scenarios.push import Push
 from scenarios.schema import Scenario
 from sim.episode.build import make_controller
 from sim.episode.guard import Guard
+from sim.episode.humanoid_world import HumanoidWorld
 from sim.episode.plant import Action, Condition, Plant, make_plant
 from sim.episode.push_record import PushRecord
 from sim.episode.recording import Recording, decision_as_dict
@@ -263,6 +264,7 @@ def run_episode(
     robot: Robot | None = None,
     layer: WholeBodyLayer | None = None,
     estimator: Estimator | None = None,
+    world: HumanoidWorld | None = None,
     polygons: bool = True,
     on_tick: Callable[[Episode], None] | None = None,
 ) -> EpisodeResult:
@@ -275,6 +277,7 @@ def run_episode(
         robot: the one that the scenario names, if it has been read already.
         layer: the whole-body layer of a former episode, to be used again: see `sim.episode.build.make_layer`.
         estimator: the estimator of a former episode, likewise.
+        world: the compiled world of a former episode, likewise: see `sim.episode.humanoid_world.compiled_in`.
         polygons: whether to work out the sets' outlines for the figure.
         on_tick: called after each tick with the episode.
 
@@ -283,7 +286,7 @@ def run_episode(
     """
     robot = robot or load_robot(scenario.robot)
     check_against(scenario, robot)
-    plant = make_plant(scenario, robot, layer, estimator)
+    plant = make_plant(scenario, robot, layer, estimator, world)
     controller = controller or make_controller(scenario, robot)
     episode = Episode(scenario, plant, controller, polygons=polygons, on_tick=on_tick)
     while episode.tick():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 
 import mujoco
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from controllers.interface import FootState, JointTargets, Observation
 from models.arena import FLOOR, SIDES, build_arena
+from models.errors import OkiagariError
 from models.robot import STAND, TRUNK, Robot, Side
 from scenarios.catalogue import with_push
 from scenarios.push import COG, Push
@@ -121,6 +122,11 @@ class PushedPhysics(dm_mujoco.Physics):
             wrench[3:] += np.cross(self.push_point(index) - data.xipos[body], sample)
 
 
+def compiled_in(scenario: Scenario) -> tuple[Hashable, ...]:
+    """What of a scenario is compiled into its world: one that is alike in it can be reset to that scenario."""
+    return scenario.robot, scenario.timing, scenario.disturbance, scenario.body
+
+
 class HumanoidWorld:
     """The whole body on the floor.
 
@@ -168,7 +174,13 @@ class HumanoidWorld:
         self._contacts = data.sensordata[floor : floor + 1]
 
     def reset(self, scenario: Scenario | None = None) -> None:
-        """Start the episode anew, or one of a scenario that differs in seed, variation and pushes only."""
+        """Start the episode anew, or one of another scenario.
+
+        Raises:
+            OkiagariError: if that scenario differs in what is compiled, see `compiled_in`.
+        """
+        if scenario is not None and compiled_in(scenario) != compiled_in(self._asked):
+            raise OkiagariError("a world is compiled for one robot, timing, disturbance and body; make another")
         self._asked = scenario or self._asked
         with self.physics.reset_context():
             self.arrange()

@@ -70,7 +70,7 @@ class Plant(Protocol):
         """Push while the episode runs; see `HumanoidWorld.add_push`."""
 
     def reset(self, scenario: Scenario) -> None:
-        """Start an episode of a scenario that differs in seed, variation and pushes only."""
+        """Start an episode of a scenario alike in whole-body layer, estimator and what is compiled."""
 
     @property
     def impulse_log(self) -> ImpulseLog:
@@ -177,9 +177,14 @@ class HumanoidPlant:
         robot: Robot,
         layer: WholeBodyLayer | None = None,
         estimator: Estimator | None = None,
+        world: HumanoidWorld | None = None,
     ) -> None:
         self.robot = robot
-        self.world = HumanoidWorld(scenario, robot)
+        if world is None:
+            self.world = HumanoidWorld(scenario, robot)
+        else:
+            self.world = world
+            world.reset(scenario)
         self._layer = make_layer(scenario, robot) if layer is None else layer
         self.estimator = make_estimator(scenario, robot) if estimator is None else estimator
         self.targets: JointTargets | None = None
@@ -261,7 +266,11 @@ class HumanoidPlant:
 
 
 def make_plant(
-    scenario: Scenario, robot: Robot, layer: WholeBodyLayer | None = None, estimator: Estimator | None = None
+    scenario: Scenario,
+    robot: Robot,
+    layer: WholeBodyLayer | None = None,
+    estimator: Estimator | None = None,
+    world: HumanoidWorld | None = None,
 ) -> Plant:
     """The plant of the world that a scenario names.
 
@@ -270,7 +279,8 @@ def make_plant(
         robot: the one that it names.
         layer: its whole-body layer, if there is one of a former episode, which nobody else uses.
         estimator: its estimator, likewise.
+        world: its compiled world, likewise; see `compiled_in`.
     """
     if scenario.world == "pendulum":
         return PendulumPlant(scenario, robot)
-    return HumanoidPlant(scenario, robot, layer, estimator)
+    return HumanoidPlant(scenario, robot, layer, estimator, world)

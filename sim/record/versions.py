@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import platform
 import subprocess
@@ -15,12 +16,15 @@ _LIBRARIES = ("okiagari", "mujoco", "dm_control", "placo", "numpy", "scipy")
 def versions(brought: Iterable[str] = ()) -> dict[str, str]:
     """Version of Python, Okiagari and the libraries that a result depends on; "unknown" if not installed.
 
+    Each is looked up once in a process, which imports a library once.
+
     Args:
         brought: libraries that only its controller depends on.
     """
     return {"python": platform.python_version()} | {name: _version(name) for name in (*_LIBRARIES, *brought)}
 
 
+@functools.lru_cache
 def _version(name: str) -> str:
     try:
         return metadata.version(name)
@@ -28,8 +32,12 @@ def _version(name: str) -> str:
         return "unknown"
 
 
+@functools.lru_cache(maxsize=1)
 def commit() -> str:
-    """The commit that runs: from git in a checkout, else from the record of `pip install git+...`, else "unknown"."""
+    """The commit that runs: from git in a checkout, else from the record of `pip install git+...`, else "unknown".
+
+    It is looked up once in a process, whose code is that of its start.
+    """
     root = Path(__file__).resolve().parents[2]
     # An installed copy may lie inside a checkout of something else: only the house's own .git counts.
     if (root / ".git").exists():

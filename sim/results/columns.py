@@ -117,7 +117,7 @@ OUTCOME: Mapping[str, Column] = MappingProxyType(
 TIMING: Mapping[str, Column] = MappingProxyType(
     {
         "real_time_factor": _number("1", "simulated time / wall time of the loop"),
-        "wall_time": _number("s", "of the whole episode, with setting up"),
+        "wall_time": _number("s", "of the whole episode, with setting up, but without what a worker does once"),
     }
 )
 """What a clock measured: the only columns that differ when an episode is repeated with the same versions."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import logging
 import multiprocessing
 import os
@@ -27,10 +28,12 @@ class Workers:
     Attributes:
         count: how many run at a time.
         make: makes the executor; anew if it broke.
+        share_code: whether they are other processes of this machine, which load the code that this one compiled.
     """
 
     count: int
     make: Callable[[], Executor]
+    share_code: bool = False
 
 
 @contextmanager
@@ -44,10 +47,16 @@ def local(count: int) -> Iterator[Workers]:
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     # A fresh interpreter: a forked one would inherit this one's threads' locks.
     context = multiprocessing.get_context("spawn")
+
+    def make() -> Executor:
+        pool = ProcessPoolExecutor(count, mp_context=context, initializer=_be_a_worker)
+        # Each process starts with its first task: these let them import while this one prepares the first episodes.
+        for _ in range(count):
+            pool.submit(_nothing)
+        return pool
+
     try:
-        yield Workers(
-            count=count, make=lambda: ProcessPoolExecutor(count, mp_context=context, initializer=_be_a_worker)
-        )
+        yield Workers(count=count, make=make, share_code=True)
     finally:
         for name, value in kept.items():
             if value is None:
@@ -91,9 +100,14 @@ def cluster(address: str) -> Iterator[Workers]:
 
 
 def _be_a_worker() -> None:
-    """Leave Ctrl-C to the parent, and do not outlive it."""
+    """Leave Ctrl-C to the parent, do not outlive it, and import what episodes take."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    importlib.import_module("sim.sweep.worker")
+
+
+def _nothing() -> None:
+    """A task that only starts a process."""
 
 
 def _end_with_parent() -> None:

@@ -63,7 +63,7 @@ class PlannedEpisode:
 
 @dataclass(frozen=True, kw_only=True)
 class Series:
-    """Episodes that are run one after another.
+    """Episodes of which a later one may depend on how those before it ended.
 
     Attributes:
         name: the same for the same parameters.

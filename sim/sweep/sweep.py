@@ -8,16 +8,20 @@ from typing import Any
 
 from controllers.registry import CONTROLLERS
 from models.errors import InputError
+from scenarios.schema import Scenario
 from scenarios.suite_catalogue import LoadedSuite
 from sim.episode.build import make_controller
 from sim.results.push_size import robot_named
 from sim.sweep.executors import Workers
+from sim.sweep.kept import warm_up_shipped
 from sim.sweep.plan import Series, plan, scenario_of
 from sim.sweep.progress import SweepDisplay
 from sim.sweep.runner import Runner
 from sim.sweep.scheduler import Scheduler
 from sim.sweep.store import Store, describe, owned, prepare
 from sim.sweep.worker import Job
+
+_KIND = ("robot", "world", "controller", "whole_body", "sensing", "latency", "variant")
 
 
 def run_sweep(loaded: LoadedSuite, folder: Path, workers: Workers, *, progress: SweepDisplay | None = None) -> None:
@@ -45,8 +49,6 @@ def run_sweep(loaded: LoadedSuite, folder: Path, workers: Workers, *, progress: 
                 "choose another folder with --out"
             )
         scheduler = Scheduler(series, store.outcomes)
-        if progress is not None:
-            progress.begin(scheduler, store.outcomes.values())
 
         def finished(job: Job, row: dict[str, Any]) -> None:
             store.add(row)
@@ -58,20 +60,32 @@ def run_sweep(loaded: LoadedSuite, folder: Path, workers: Workers, *, progress: 
             while (episode := scheduler.next()) is not None:
                 yield Job(episode=episode, scenario=scenario_of(loaded, episode))
 
-        Runner(workers, finished).work(jobs)
+        if scheduler.left:
+            runner = Runner(workers, finished)
+            if workers.share_code:
+                # While they start: else each would compile the same, and none says what it waits for.
+                warm_up_shipped(_kinds(loaded, series))
+        if progress is not None:
+            progress.begin(scheduler, store.outcomes.values())
+        if scheduler.left:
+            runner.work(jobs)
         store.finish()
         describe(loaded, folder, planned=scheduler.planned, finished=len(store.outcomes))
 
 
-def _check_joint_controllers(loaded: LoadedSuite, series: list[Series]) -> None:
-    """Build each controller at joint level once: one that does not fit its robot would crash in every episode."""
+def _kinds(loaded: LoadedSuite, series: list[Series]) -> Iterator[Scenario]:
+    """A scenario for each robot, world, class and sensing that the suite names."""
     known = set()
     for one in series:
         parameters = one.episodes[0].parameters
-        if (key := tuple(map(parameters.get, ("robot", "world", "controller", "variant")))) in known:
-            continue
-        known.add(key)
-        scenario = scenario_of(loaded, one.episodes[0])
+        if (key := tuple(map(parameters.get, _KIND))) not in known:
+            known.add(key)
+            yield scenario_of(loaded, one.episodes[0])
+
+
+def _check_joint_controllers(loaded: LoadedSuite, series: list[Series]) -> None:
+    """Build each controller at joint level once: one that does not fit its robot would crash in every episode."""
+    for scenario in _kinds(loaded, series):
         if CONTROLLERS.entry(scenario.controller.name).at_joints:
             try:
                 make_controller(scenario, robot_named(scenario.robot))

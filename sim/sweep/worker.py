@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import json
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.interface import Phase, WholeBodyLayer
+from controllers.interface import Phase
 from controllers.registry import CONTROLLERS, ESTIMATORS, LAYERS
-from controllers.senses import Estimator
 from scenarios.schema import Scenario
-from sim.episode.build import layer_of, make_estimator, make_layer
-from sim.episode.episode import EpisodeResult, run_episode
+from sim.episode.build import layer_of
+from sim.episode.episode import EpisodeResult
 from sim.record.motors import MotorUse
 from sim.record.versions import commit, versions
 from sim.results.columns import COLUMNS
 from sim.results.prediction import prediction_columns
 from sim.results.push_size import push_columns, robot_named
 from sim.results.train import train_columns
+from sim.sweep.kept import run_kept, warm_up
 from sim.sweep.plan import PlannedEpisode
 
 Array = NDArray[np.float64]
@@ -35,11 +34,6 @@ CRASHED = "crashed"
 
 # Cluster workers may run tasks in threads; the solvers were not made for that.
 _ONE_AT_A_TIME = threading.Lock()
-LAYERS_KEPT = 8
-"""So many whole-body layers, and estimators, are kept in a worker."""
-T = TypeVar("T")
-_layers: dict[str, WholeBodyLayer | None] = {}
-_estimators: dict[str, Estimator | None] = {}
 # Times are sums of many periods.
 _ROUNDING = 1e-9
 
@@ -55,15 +49,9 @@ class Job:
 def run_job(job: Job) -> dict[str, Any]:
     """Run an episode and make its row."""
     with _ONE_AT_A_TIME:
+        warm_up(job.scenario)
         begin = time.perf_counter()
-        scenario = job.scenario
-        result = run_episode(
-            scenario,
-            robot=robot_named(scenario.robot),
-            layer=_layer(scenario),
-            estimator=_estimator(scenario),
-            polygons=False,
-        )
+        result = run_kept(job.scenario)
         row = _known(job) | happened(result, train="train" in job.episode.parameters)
         return row | {
             "real_time_factor": result.real_time_factor,
@@ -84,33 +72,6 @@ def trace_hash(values: Array, channels: Sequence[str]) -> str:
     return digest.hexdigest()
 
 
-def _layer(scenario: Scenario) -> WholeBodyLayer | None:
-    """A whole-body layer, made once for each kind, robot and period; None if there is nothing for it to do."""
-    # placo does not give back a solver's memory, 0.8 MB each: a worker must not make one an episode.
-    if (choice := layer_of(scenario)) is None:
-        return None
-    key = json.dumps([scenario.robot, choice.model_dump(), scenario.timing.control])
-    return _kept(_layers, key, lambda: make_layer(scenario, robot_named(scenario.robot)))
-
-
-def _estimator(scenario: Scenario) -> Estimator | None:
-    """The same of an estimator."""
-    if not scenario.sensing.estimates:
-        return None
-    sensing = scenario.sensing
-    figures = sensing.joint_figures.model_dump(), sensing.imu_figures.model_dump()
-    key = json.dumps([scenario.robot, sensing.who.model_dump(), sensing.at_drive, *figures, scenario.timing.control])
-    return _kept(_estimators, key, lambda: make_estimator(scenario, robot_named(scenario.robot)))
-
-
-def _kept(known: dict[str, T], key: str, make: Callable[[], T]) -> T:
-    if key not in known:
-        if len(known) >= LAYERS_KEPT:
-            known.pop(next(iter(known)))
-        known[key] = make()
-    return known[key]
-
-
 def makers_of(scenario: Scenario) -> dict[str, str]:
     """What an episode's bits depend on: versions, the robot, and what of all classes is in files."""
     robot = robot_named(scenario.robot)
@@ -120,21 +81,10 @@ def makers_of(scenario: Scenario) -> dict[str, str]:
     if scenario.sensing.estimates:
         chosen.append((ESTIMATORS, scenario.sensing.who))
     brought = tuple(library for registry, choice in chosen for library in registry.entry(choice.name).libraries)
-    found = _versions(brought) | {f"robot {robot.name}": robot.sha256[:12]}
+    found = versions(brought) | {f"robot {robot.name}": robot.sha256[:12]}
     for registry, choice in chosen:
         found |= {called: source[:12] for called, source in choice.sources(registry).items()}
     return found
-
-
-@functools.lru_cache
-def _versions(brought: tuple[str, ...]) -> dict[str, str]:
-    """Of this process, which imported its code once."""
-    return versions(brought)
-
-
-@functools.lru_cache(maxsize=1)
-def _commit() -> str:
-    return commit()
 
 
 def _known(job: Job) -> dict[str, Any]:
@@ -160,7 +110,7 @@ def _known(job: Job) -> dict[str, Any]:
     if first is not None:
         before = push_columns(robot, pushes[0])
         row |= {"first_direction_deg": before["direction_deg"], "first_delta_v": before["delta_v"]}
-    return row | {"versions": json.dumps(makers_of(job.scenario), sort_keys=True), "commit": _commit()}
+    return row | {"versions": json.dumps(makers_of(job.scenario), sort_keys=True), "commit": commit()}
 
 
 def happened(result: EpisodeResult, *, train: bool) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import os
 import sys
 
 NAMES = ("sets", "supervisor", "loop", "tick", "sweep")
-LONG = ("recoverability", "bits", "loop_kept", "loop_check")
+LONG = ("recoverability", "rate", "bits", "loop_kept", "loop_check")
 # What has its own name, and is a function of another benchmark's module.
 WITHIN = {"loop_kept": ("loop", "keep"), "loop_check": ("loop", "check")}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pytest
 
@@ -162,17 +163,50 @@ def test_a_recovery_between_starts_the_count_again() -> None:
     assert Scheduler([series("a", 20, 3)], finished | {"a4": "not_settled", "a5": "fell"}).next() is None
 
 
-def test_series_run_side_by_side_and_an_episode_at_a_time() -> None:
-    scheduler = Scheduler([series("a", 3, 3), series("b", 3, 3)], {})
-    first, second = scheduler.next(), scheduler.next()
-    assert first is not None
-    assert second is not None
-    assert {first.name, second.name} == {"a0", "b0"}
-    assert scheduler.next() is None
-    scheduler.finish(second, "recovered")
-    third = scheduler.next()
-    assert third is not None
-    assert third.name == "b1"
+def test_series_run_side_by_side_and_of_each_what_is_run_whatever_happens() -> None:
+    scheduler = Scheduler([series("a", 9, 2), series("b", 9, 1)], {})
+    first = [scheduler.next() for _ in range(3)]
+    assert [one and one.name for one in first] == ["a0", "b0", "a1"]
+    assert scheduler.next() is None  # two failures end "a", and one ends "b"
+    a0, b0, a1 = (one for one in first if one is not None)
+    scheduler.finish(a1, "recovered")  # before a0: whatever becomes of that, a2 and a3 are run
+    assert [one and one.name for one in (scheduler.next(), scheduler.next(), scheduler.next())] == ["a2", "a3", None]
+    scheduler.finish(b0, "fell")
+    scheduler.finish(a0, "fell")
+    assert (scheduler.next(), scheduler.done, scheduler.skipped) == (None, 3, 8)
+
+
+@pytest.mark.parametrize("workers", [1, 2, 5])
+@pytest.mark.parametrize("seed", range(8))
+def test_any_number_of_workers_runs_the_episodes_that_one_runs(workers: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    every = [series(letter, 12, stop) for letter, stop in (("a", 1), ("b", 2), ("c", 3), ("d", None))]
+    fates = {one.name: ("recovered", "fell")[rng.integers(2)] for group in every for one in group.episodes}
+    expected = set()
+    for group in every:
+        straight = 0
+        for one in group.episodes:
+            if straight == group.stop_after:
+                break
+            expected.add(one.name)
+            straight = 0 if fates[one.name] == "recovered" else straight + 1
+    finished: dict[str, str] = {}
+    # Stopped in the middle, with gaps where somebody was at work, and taken up again.
+    for limit in (8, 99):
+        scheduler = Scheduler(every, finished)
+        flying: list[PlannedEpisode] = []
+        assert scheduler.done == len(finished)
+        for _ in range(limit):
+            while len(flying) < workers and (episode := scheduler.next()) is not None:
+                assert episode.name not in finished
+                flying.append(episode)
+            if not flying:
+                break
+            ended = flying.pop(rng.integers(len(flying)))
+            finished[ended.name] = fates[ended.name]
+            scheduler.finish(ended, fates[ended.name])
+    assert finished.keys() == expected
+    assert (scheduler.done, scheduler.left) == (len(expected), 0)
 
 
 ADAPTIVE = """
