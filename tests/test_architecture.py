@@ -15,6 +15,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("models",),
     ("controllers.compiled",),
     ("controllers.pendulum", "controllers.fields", "controllers.geometry"),
+    ("controllers.multibody",),
     (
         "controllers.gains",
         "controllers.registry",
@@ -46,6 +47,7 @@ FEWER = {
         "controllers.fields",
         "controllers.geometry",
         "controllers.interface",
+        "controllers.multibody",
         "controllers.registry",
     },
     "scenarios": {

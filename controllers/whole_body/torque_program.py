@@ -8,9 +8,9 @@ import pinocchio
 from numpy.typing import NDArray
 
 from controllers.interface import BalanceCommand, Observation
+from controllers.multibody.torque_kernel import FOOT, Weights, assembled
 from controllers.whole_body import dynamics_tasks as tasks
 from controllers.whole_body.body_terms import BodyTerms
-from controllers.whole_body.torque_kernel import FOOT, Weights, assembled
 from models.arena import SIDES
 from models.robot import Robot
 

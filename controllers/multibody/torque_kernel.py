@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from controllers.compiled import compiled
 from controllers.geometry.rotation import from_quaternion
-from controllers.whole_body.elimination import divide_by_base, normal_equations, solved
-from controllers.whole_body.sole_terms import rotation_vector, sole_terms
+from controllers.multibody.elimination import divide_by_base, normal_equations, solved
+from controllers.multibody.sole_terms import rotation_vector, sole_terms
 
 Array = NDArray[np.float64]
 
