@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.benchmarks import loop
+from tests.benchmarks import layers, loop
 from tests.benchmarks.__main__ import LONG, NAMES, WITHIN
 
 
@@ -52,3 +52,20 @@ def test_the_loop_has_its_table(capsys: pytest.CaptureFixture[str]) -> None:
     told = capsys.readouterr().out
     for words in ("dynamics", "ik", "ratio", "real time"):
         assert words in told
+
+
+def test_the_layers_have_their_table(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(layers, "REPEATS", 1)
+    layers.main()
+    told = capsys.readouterr().out
+    for words in ("dynamics, solved by placo", "ik", "standing (500 ticks)", "a foot in the air"):
+        assert words in told
+
+
+def test_the_layers_are_timed_on_ticks_of_both_kinds() -> None:
+    ticks = layers.recorded(
+        {"duration": 1.0, "seed": 1000, "pushes": [{"start": 0.2, "direction": 80.0, "delta_v": 0.5}]}
+    )
+    assert len(ticks) == 500
+    swinging = sum(not all(foot.stance for foot in command.feet.values()) for _, command in ticks)
+    assert 30 < swinging < 300

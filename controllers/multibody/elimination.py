@@ -79,3 +79,53 @@ def solved(hessian: Array, linear: Array) -> Array:
             x[k] -= U[k, j] * x[j]
         x[k] /= U[k, k]
     return x
+
+
+@compiled
+def factored(hessian: Array) -> Array:
+    """U (m, m) of U'U = H from the upper triangle of H (m, m), which is left; NaN if H is not positive definite."""
+    size = len(hessian)
+    U = hessian.copy()
+    for k in range(0, size - 1, 2):
+        # two rows at a time: what is below is fetched half as often
+        one, other = U[k], U[k + 1]
+        pivot = 1.0 / math.sqrt(one[k])
+        for j in range(k, size):
+            one[j] *= pivot
+        factor = one[k + 1]
+        for j in range(k + 1, size):
+            other[j] -= factor * one[j]
+        pivot = 1.0 / math.sqrt(other[k + 1])
+        for j in range(k + 1, size):
+            other[j] *= pivot
+        for i in range(k + 2, size):
+            a, b, below = one[i], other[i], U[i]
+            for j in range(i, size):
+                below[j] -= a * one[j] + b * other[j]
+    if size % 2 == 1:
+        U[size - 1, size - 1] = math.sqrt(U[size - 1, size - 1])
+    return U
+
+
+@compiled
+def substitute(U: Array, x: Array) -> None:
+    """Put U'^-1 x in the place of x (m,), with U of `factored`."""
+    size = len(x)
+    for k in range(size):
+        row = U[k]
+        x[k] /= row[k]
+        known = x[k]
+        for j in range(k + 1, size):
+            x[j] -= row[j] * known
+
+
+@compiled
+def substitute_back(U: Array, x: Array) -> None:
+    """Put U^-1 x in the place of x (m,), with U of `factored`."""
+    size = len(x)
+    for k in range(size - 1, -1, -1):
+        row = U[k]
+        total = x[k]
+        for j in range(k + 1, size):
+            total -= row[j] * x[j]
+        x[k] = total / row[k]

@@ -23,6 +23,11 @@ Array = NDArray[np.float64]
 # Numbers that tell of a foot: whether it stands, yaw, weight, stiffness and damping of its place and of its attitude;
 # position, velocity and acceleration.
 FOOT = 16
+# Numbers that tell of a joint: stand [rad], 1 where the posture counts, most torque [N m], damping [N m s] and dry
+# friction [N m].
+JOINT = 5
+FRICTION_SPEED = 0.05
+"""Speed at which three quarters of a joint's dry friction are made up for [rad/s]."""
 # Rows of limits of a sole that stands: each a bound from one side.
 _SOLE_ROWS = 8
 # Every unknown is kept small by this, as in placo, so that the optimum is one.
@@ -68,6 +73,15 @@ class Weights(NamedTuple):
 
 
 @compiled
+def weights_of(figures: Array) -> Weights:
+    """Name figures (17,): they are handed over as an array, which costs 2 us less than a tuple."""
+    a = figures
+    return Weights(
+        a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9], a[10], a[11], a[12], a[13], a[14], a[15], a[16]
+    )
+
+
+@compiled
 def assembled(
     mass: Array,
     jacobian: Array,
@@ -83,22 +97,23 @@ def assembled(
     joints: Array,
     acceleration: Array,
     feet: Array,
-    weights: Weights,
+    figures: Array,
 ) -> tuple[bool, Array, Array, Array, Array, Array, Array, Array]:
     """Assemble the QP  min 1/2 x'Hx + f'x,  lower <= A x <= upper; if both feet stand, solve it without its limits.
 
     Args:
         mass, jacobian, bias, q, qd, soles, chains: see `BodyTerms`.
         left_rotation, left_position, right_rotation, right_position: its `ankles`.
-        joints: (n, 3) stand [rad], 1 where the posture counts, most torque [N m].
+        joints: (n, JOINT) figures of the joints.
         acceleration: (3,) that the COG is to have [m/s^2].
         feet: (2, FOOT) what the soles are to do.
-        weights: of all this.
+        figures: `Weights` of all this.
 
     Returns:
         Whether that optimum keeps the limits (False without one), its torques (n,), H, f, A, lower, upper, and the
         torques (n,) at x = 0; the first n rows of A are those of the torques.
     """
+    weights = weights_of(figures)
     n = len(joints)
     standing = int(feet[0, 0] + feet[1, 0])
     size, limits = n + 6 * standing, n + _SOLE_ROWS * standing

@@ -1,1 +1,1 @@
-"""Whole-body layers: a balance command becomes joint targets, by placo or as a held pose."""
+"""Whole-body layers: a balance command becomes joint targets, on placo's model of the body, or as a held pose."""

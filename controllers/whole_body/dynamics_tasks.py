@@ -1,8 +1,18 @@
-"""What the inverse dynamics asks of a body, whoever solves it: weights, gains and limits of its weighted QP."""
+"""What is asked of a body by accelerations, whoever solves for them: weights, gains and limits."""
 
 from __future__ import annotations
 
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from controllers.interface import BalanceCommand, Observation
+from controllers.multibody.torque_kernel import FOOT, Weights
+from controllers.whole_body.servo_drag import ServoDrag
+from models.arena import SIDES
 from models.robot import Robot
+
+Array = NDArray[np.float64]
 
 # Weights of the soft tasks, and stiffness [1/s^2] and damping [1/s] of each; those of height, trunk and posture are of
 # a robot of scale 1.
@@ -33,3 +43,94 @@ def sole_size(robot: Robot) -> tuple[float, float]:
     corners = robot.sole_vertices["left"]
     length, width = (corners.max(axis=0) - corners.min(axis=0) - 2 * SOLE_MARGIN).tolist()
     return length, width
+
+
+def joints(robot: Robot) -> Array:
+    """(n, JOINT) figures of the joints: see `controllers.multibody.torque_kernel.JOINT`."""
+    posture = np.array([name not in robot.leg_joints for name in robot.joint_names])
+    return np.column_stack([robot.stand[7:], posture, robot.stall_torque, robot.joint_damping, robot.joint_friction])
+
+
+def weights(robot: Robot, model: pinocchio.Model) -> Array:
+    """`Weights` of the tasks of a robot, and of its model as placo read it."""
+    length, width = sole_size(robot)
+    trunk, pose = slowed(TRUNK_GAINS, robot), slowed(POSTURE_GAINS, robot)
+    given = Weights(
+        mass=float(pinocchio.computeTotalMass(model)),
+        gravity=-float(model.gravity.linear[2]),
+        cog=COG_WEIGHT,
+        orientation=STANCE_WEIGHT,
+        trunk=TRUNK_WEIGHT,
+        trunk_stiffness=trunk[0],
+        trunk_damping=trunk[1],
+        posture=POSTURE_WEIGHT,
+        posture_stiffness=pose[0],
+        posture_damping=pose[1],
+        torque=TORQUE_WEIGHT,
+        force=FORCE_WEIGHT,
+        tangential=TANGENTIAL_WEIGHT,
+        moment=MOMENT_WEIGHT,
+        half_length=0.5 * length,
+        half_width=0.5 * width,
+        friction=FRICTION,
+    )
+    return np.array(given)
+
+
+class FeetTask:
+    """What the feet are to do.
+
+    Attributes:
+        rows: (2, FOOT) numbers, renewed by `aim`: see `controllers.multibody.torque_kernel.FOOT`.
+    """
+
+    def __init__(self) -> None:
+        self.rows = np.zeros((2, FOOT))
+        self._aimed: list[tuple[bool, bool] | None] = [None, None]
+
+    def aim(self, command: BalanceCommand) -> None:
+        """Take over a command; what its feet have in common with the last one's is left."""
+        for i, side in enumerate(SIDES):
+            foot, row = command.feet[side], self.rows[i]
+            kind = (foot.stance, foot.feedback)
+            if self._aimed[i] != kind:
+                self._aimed[i] = kind
+                if foot.stance:
+                    row[:7] = 1.0, 0.0, STANCE_WEIGHT, *STANCE_POSITION, *STANCE_ORIENTATION
+                    # Where the foot stands is where it shall stay: no pull towards a point it has slipped away from.
+                    row[7:] = 0.0
+                else:
+                    gains = (0.0, 0.0) if foot.feedback else SWING_POSITION
+                    row[:7] = 0.0, 0.0, SWING_WEIGHT, *gains, *SWING_ORIENTATION
+            row[1] = foot.yaw
+            if not foot.stance:
+                row[7:10], row[10:13], row[13:] = foot.position, foot.velocity, foot.acceleration
+
+
+class CogTask:
+    """The acceleration that the COG is asked for."""
+
+    def __init__(self, robot: Robot, model: pinocchio.Model, dt: float) -> None:
+        """Work out what does not change.
+
+        Args:
+            robot: the body.
+            model: of it, as placo read it.
+            dt: control period [s].
+        """
+        self._drag = ServoDrag(robot, model, dt)
+        self._omega_squared, self._height = robot.omega**2, robot.cog_height
+        self._height_gains = slowed((HEIGHT_STIFFNESS, HEIGHT_DAMPING), robot)
+
+    def acceleration(self, observation: Observation, command: BalanceCommand) -> tuple[float, float, float]:
+        """By the pendulum (1) with the ZMP of the command, and back to the height of the stand [m/s^2]."""
+        cx, cy, cz = observation.cog.tolist()
+        zx, zy = command.zmp.tolist()
+        vz = float(observation.cog_velocity[2])
+        w2, feet = self._omega_squared, command.feet
+        stiffness, damping = self._height_gains
+        x, y = w2 * (cx - zx), w2 * (cy - zy)
+        if feet["left"].stance and feet["right"].stance:
+            more_x, more_y = self._drag.made_up(observation.cog_velocity)
+            x, y = x + more_x, y + more_y
+        return x, y, stiffness * (self._height - cz) - damping * vz

@@ -9,20 +9,15 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controllers.fields import Strict
 from controllers.interface import BalanceCommand, JointTargets, Observation
 from controllers.whole_body.body_terms import BodyTerms
-from controllers.whole_body.dynamics_tasks import HEIGHT_DAMPING, HEIGHT_STIFFNESS, slowed
+from controllers.whole_body.dynamics_tasks import CogTask
 from controllers.whole_body.placo_dynamics import PlacoDynamics
 from controllers.whole_body.placo_model import PlacoModel, friction_torque
-from controllers.whole_body.servo_drag import ServoDrag
 from controllers.whole_body.torque_program import TorqueProgram
-from models.arena import SIDES
 from models.robot import Robot
-
-Array = NDArray[np.float64]
 
 
 class DynamicsOptions(Strict):
@@ -52,9 +47,7 @@ class DynamicsWholeBody:
         """
         self._robot = robot
         model = PlacoModel(robot)
-        self._drag = ServoDrag(robot, model.wrapper.model, dt)
-        self._omega_squared = robot.omega**2
-        self._height_gains = slowed((HEIGHT_STIFFNESS, HEIGHT_DAMPING), robot)
+        self._cog = CogTask(robot, model.wrapper.model, dt)
         self._placo = PlacoDynamics(robot, model, dt)
         own = options.solver == "own" and BodyTerms.fit(model.wrapper.model)
         self._own = TorqueProgram(robot, model.wrapper.model) if own else None
@@ -66,7 +59,7 @@ class DynamicsWholeBody:
 
     def targets(self, observation: Observation, command: BalanceCommand) -> JointTargets:
         """See `WholeBodyLayer.targets`. A QP without answer keeps the last torque and says so."""
-        acceleration = self._cog_acceleration(observation, command)
+        acceleration = np.array(self._cog.acceleration(observation, command))
         torque = None if self._own is None else self._own.torque(observation, command, acceleration)
         if torque is None:
             torque = self._placo.torque(observation, command, acceleration)
@@ -79,16 +72,3 @@ class DynamicsWholeBody:
             solver_failed=torque is None,
             from_seen=True,
         )
-
-    def _cog_acceleration(self, observation: Observation, command: BalanceCommand) -> Array:
-        """(3,) [m/s^2]."""
-        cx, cy, cz = observation.cog.tolist()
-        vz = float(observation.cog_velocity[2])
-        w2, zmp = self._omega_squared, command.zmp
-        stiffness, damping = self._height_gains
-        x, y = w2 * (cx - zmp[0]), w2 * (cy - zmp[1])
-        if all(command.feet[side].stance for side in SIDES):
-            more_x, more_y = self._drag.made_up(observation.cog_velocity)
-            x, y = x + more_x, y + more_y
-        rise = stiffness * (self._robot.cog_height - cz) - damping * vz
-        return np.array([x, y, rise])

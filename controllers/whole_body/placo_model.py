@@ -16,12 +16,10 @@ import placo
 from numpy.typing import NDArray
 
 from controllers.compiled import compiled
+from controllers.multibody.torque_kernel import FRICTION_SPEED
 from models.robot import Robot
 
 Array = NDArray[np.float64]
-
-# Speed at which three quarters of a joint's dry friction are made up for [rad/s].
-FRICTION_SPEED = 0.05
 
 
 class PlacoModel:
@@ -75,7 +73,7 @@ class BodyTasks:
 
 
 def body_tasks(solver: Any, robot: Robot, *, cog: float, trunk: float, posture: float) -> BodyTasks:
-    """Add the tasks to a solver of placo, of kinematics or of dynamics, with these weights."""
+    """Add the tasks to a solver of placo, with these weights."""
     where = solver.add_com_task(np.zeros(3))
     where.configure("cog", "soft", cog)
     upright = solver.add_orientation_task("trunk", np.eye(3))

@@ -8,10 +8,9 @@ import pinocchio
 from numpy.typing import NDArray
 
 from controllers.interface import BalanceCommand, Observation
-from controllers.multibody.torque_kernel import FOOT, Weights, assembled
+from controllers.multibody.torque_kernel import assembled
 from controllers.whole_body import dynamics_tasks as tasks
 from controllers.whole_body.body_terms import BodyTerms
-from models.arena import SIDES
 from models.robot import Robot
 
 Array = NDArray[np.float64]
@@ -35,31 +34,8 @@ class TorqueProgram:
             model: of it, as placo read it.
         """
         self._terms = BodyTerms(robot, model)
-        length, width = tasks.sole_size(robot)
-        posture = np.array([name not in robot.leg_joints for name in robot.joint_names])
-        # columns: stand [rad], whether the posture counts, most torque [N m]
-        self._joints = np.column_stack([robot.stand[7:], posture, robot.stall_torque])
-        trunk, pose = tasks.slowed(tasks.TRUNK_GAINS, robot), tasks.slowed(tasks.POSTURE_GAINS, robot)
-        self._weights = Weights(
-            mass=float(pinocchio.computeTotalMass(model)),
-            gravity=-float(model.gravity.linear[2]),
-            cog=tasks.COG_WEIGHT,
-            orientation=tasks.STANCE_WEIGHT,
-            trunk=tasks.TRUNK_WEIGHT,
-            trunk_stiffness=trunk[0],
-            trunk_damping=trunk[1],
-            posture=tasks.POSTURE_WEIGHT,
-            posture_stiffness=pose[0],
-            posture_damping=pose[1],
-            torque=tasks.TORQUE_WEIGHT,
-            force=tasks.FORCE_WEIGHT,
-            tangential=tasks.TANGENTIAL_WEIGHT,
-            moment=tasks.MOMENT_WEIGHT,
-            half_length=0.5 * length,
-            half_width=0.5 * width,
-            friction=tasks.FRICTION,
-        )
-        self._feet = np.zeros((2, FOOT))
+        self._weights, self._joints = tasks.weights(robot, model), tasks.joints(robot)
+        self._feet = tasks.FeetTask()
 
     def torque(self, observation: Observation, command: BalanceCommand, acceleration: Array) -> Array | None:
         """Joint torques (n,) [N m]; None if there is no answer.
@@ -71,7 +47,7 @@ class TorqueProgram:
         """
         terms = self._terms
         terms.read(observation.configuration, observation.velocity)
-        self._aim_feet(command)
+        self._feet.aim(command)
         left, right = terms.ankles
         free, torque, hessian, linear, rows, lower, upper, constant = assembled(
             terms.mass,
@@ -85,7 +61,7 @@ class TorqueProgram:
             terms.chains,
             self._joints,
             acceleration,
-            self._feet,
+            self._feet.rows,
             self._weights,
         )
         if free:
@@ -98,15 +74,3 @@ class TorqueProgram:
             return None
         torque = rows[: len(constant)] @ optimum + constant
         return torque if np.isfinite(torque).all() else None
-
-    def _aim_feet(self, command: BalanceCommand) -> None:
-        for side, row in zip(SIDES, self._feet, strict=True):
-            foot = command.feet[side]
-            if foot.stance:
-                row[:7] = 1.0, foot.yaw, tasks.STANCE_WEIGHT, *tasks.STANCE_POSITION, *tasks.STANCE_ORIENTATION
-                # Where the foot stands is where it shall stay: no pull towards a point it has slipped away from.
-                row[7:] = 0.0
-            else:
-                gains = (0.0, 0.0) if foot.feedback else tasks.SWING_POSITION
-                row[:7] = 0.0, foot.yaw, tasks.SWING_WEIGHT, *gains, *tasks.SWING_ORIENTATION
-                row[7:10], row[10:13], row[13:] = foot.position, foot.velocity, foot.acceleration

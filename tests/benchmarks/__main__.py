@@ -9,7 +9,7 @@ import importlib
 import os
 import sys
 
-NAMES = ("sets", "supervisor", "loop", "tick", "sweep")
+NAMES = ("sets", "supervisor", "loop", "tick", "layers", "sweep")
 LONG = ("recoverability", "rate", "bits", "loop_kept", "loop_check")
 # What has its own name, and is a function of another benchmark's module.
 WITHIN = {"loop_kept": ("loop", "keep"), "loop_check": ("loop", "check")}

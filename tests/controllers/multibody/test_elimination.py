@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from controllers.multibody.elimination import divide_by_base, normal_equations, solved
+from controllers.multibody.elimination import (
+    divide_by_base,
+    factored,
+    normal_equations,
+    solved,
+    substitute,
+    substitute_back,
+)
 
 # Sums of at most some dozen terms of order one, and matrices whose condition is below 1e4.
 ROUNDING = 1e-10
@@ -50,3 +57,15 @@ def test_solved_is_the_minimum_and_leaves_its_matrix(rng: np.random.Generator) -
 
 def test_what_is_not_positive_definite_has_no_number_for_an_answer() -> None:
     assert not np.isfinite(solved(np.diag([1.0, -1.0]), np.ones(2))).any()
+
+
+@pytest.mark.parametrize("size", [1, 2, 7, 26])
+def test_a_factor_is_cholesky_s_and_divides(rng: np.random.Generator, size: int) -> None:
+    hessian, right = positive(rng, size), rng.normal(size=size)
+    U = np.triu(factored(np.triu(hessian)))
+    np.testing.assert_allclose(U, np.linalg.cholesky(hessian).T, rtol=0, atol=ROUNDING)
+    x = right.copy()
+    substitute(U, x)
+    np.testing.assert_allclose(x, np.linalg.solve(U.T, right), rtol=0, atol=ROUNDING)
+    substitute_back(U, x)
+    np.testing.assert_allclose(x, np.linalg.solve(hessian, right), rtol=0, atol=ROUNDING)
