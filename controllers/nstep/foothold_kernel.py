@@ -74,6 +74,38 @@ def last_slack(
 
 
 @compiled
+def step_slacks(
+    normals: Array,
+    last: Array,
+    outlines: Array,
+    row: Array,
+    ahead: Array,
+    k: int,
+    decay: float,
+    near: float,
+    far: float,
+    boxes: Array,
+    x: float,
+    y: float,
+) -> Array:
+    """Slacks [m of DCM] of the DCM (x, y) in the sets of 1, 2, ... steps (N,).
+
+    Args:
+        normals, last, outlines: as of `SetTables`.
+        row, ahead: as of a `StanceTable`.
+        k: ticks left.
+        decay: a^{-k}.
+        near, far: weights of a last foothold.
+        boxes: (8,) where the foot can land: if that is the last step, then if more follow.
+        x, y: seen from the stance foot [m].
+    """
+    slacks = np.empty(1 + ahead.shape[1])
+    slacks[0] = last_slack(normals, last, outlines, k, near * decay, far * decay, boxes[:4], x, y)
+    slacks_ahead(row, ahead, k, decay, boxes[4:], x, y, slacks[1:])
+    return slacks
+
+
+@compiled
 def slacks_ahead(row: Array, ahead: Array, k: int, decay: float, box: Array, x: float, y: float, out: Array) -> None:
     """Write the slacks [m of DCM] of the DCM (x, y) in the sets of 2, 3, ... steps to out (N - 1,).
 

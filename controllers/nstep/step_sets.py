@@ -18,9 +18,9 @@ from controllers.gains import UnstableGainError, dcm
 from controllers.geometry.planar import edge_lengths, fan, supports
 from controllers.geometry.polytope import Polytope
 from controllers.geometry.support_polygon import SupportError, SupportPolygon
-from controllers.nstep.box import Box, box_supports, box_tangents, flat, union_offsets, within
+from controllers.nstep.box import Box, box_supports, box_tangents, union_offsets, within
 from controllers.nstep.build import SetTables, StanceTable, StepModel, build
-from controllers.nstep.foothold_kernel import last_slack, slacks_ahead
+from controllers.nstep.foothold_kernel import step_slacks
 from controllers.nstep.step_limits import StepLimits
 from controllers.pendulum import Pendulum
 from models.arena import SIDES
@@ -134,12 +134,10 @@ class StepSets:
         x, y = float(dcm[0]), float(dcm[1])
         decay = float(self.tables.decay[k])
         tables, (near, far) = self.tables, self.tables.weights
-        slacks = np.empty(self.max_steps)
-        slacks[0] = last_slack(
-            tables.normals, tables.last, tables.outlines, k, near * decay, far * decay, flat(last), x, y
+        boxes = np.array(last[0] + last[1] + more[0] + more[1])
+        return step_slacks(
+            tables.normals, tables.last, tables.outlines, table.row, table.ahead, k, decay, near, far, boxes, x, y
         )
-        slacks_ahead(table.row, table.ahead, k, decay, flat(more), x, y, slacks[1:])
-        return slacks
 
     def polygon(
         self, steps: int, stance: Side, time_left: float, swing: np.ndarray | None = None, *, step_time: float

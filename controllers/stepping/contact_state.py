@@ -64,7 +64,8 @@ class ContactState:
     @property
     def middle(self) -> Array:
         """(2,) between the feet [m]."""
-        return np.asarray(0.5 * (self.feet["left"].position + self.feet["right"].position))
+        (left_x, left_y), (right_x, right_y) = self._at["left"], self._at["right"]
+        return np.array([0.5 * (left_x + right_x), 0.5 * (left_y + right_y)])
 
     @property
     def hull(self) -> SupportPolygon:

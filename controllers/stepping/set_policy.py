@@ -109,7 +109,7 @@ class SetPolicy:
             foothold=heading.world(chosen.position, stance),
             zmp=heading.world(chosen.zmp, stance),
             steps=steps,
-            slack=float(slacks[steps - 1]),
+            slack=slacks.item(steps - 1),
         )
 
 
@@ -120,14 +120,16 @@ def plan_name(side: Side, step_time: float, steps: int) -> str:
 
 def _fewest(slacks: Array, margin: float) -> int:
     """The least number of steps with a slack of `margin`; without any that with the largest slack."""
-    enough = np.flatnonzero(slacks >= margin)
-    return int(enough[0] if len(enough) else slacks.argmax()) + 1
+    for steps, slack in enumerate(slacks.tolist(), 1):
+        if slack >= margin:
+            return steps
+    return int(slacks.argmax()) + 1
 
 
 def _kept(slacks: Array, steps: int) -> int:
     """The number of steps to go on with, when `steps` were meant so far."""
     steps = min(steps, len(slacks))
-    if slacks[steps - 1] < 0.0:
+    if slacks.item(steps - 1) < 0.0:
         return _fewest(slacks, 0.0)
     fewer = _fewest(slacks, HYSTERESIS)
     return fewer if fewer < steps else steps

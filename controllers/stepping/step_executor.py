@@ -107,7 +107,10 @@ class Stepper:
         if swing_step.closing and contacts.hull.slack(dcm) < 0.0:
             swing_step.hasten(self._slowest, self._pendulum.dt)
         elif swing_step.closing:
-            swing_step.aim = replace(swing_step.aim, zmp=stance - gain.F @ (x - self._pendulum.rest(stance)))
+            aim = swing_step.aim
+            over_x, over_y = stance.tolist()
+            zmp = stance - gain.F @ (x - np.array([over_x, 0.0, over_y, 0.0]))
+            swing_step.aim = Aim(foothold=aim.foothold, zmp=zmp, steps=aim.steps, slack=aim.slack)
             return ""
         # The first aim of a step is of this tick already, and a foot that is late only comes down.
         if swing_step.left in (0, swing_step.ticks):

@@ -16,9 +16,7 @@ def momentum_state(observation: Observation, robot: Robot) -> Array:
 
     A push above the COG makes the body spin, and stopping the spin pushes the COG on.
     """
-    x = observation.balance_state()
+    x, vx, y, vy = observation.balance_state().tolist()
     about_x, about_y, _ = observation.angular_momentum.tolist()
     lever = robot.mass * robot.cog_height
-    x[1] += about_y / lever
-    x[3] -= about_x / lever
-    return x
+    return np.array([x, vx + about_y / lever, y, vy - about_x / lever])
