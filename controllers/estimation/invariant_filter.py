@@ -54,7 +54,8 @@ class InvariantFilter:
         self._gravity = np.array([0.0, 0.0, -gravity])
         self._transition = np.eye(SIZE)
         self.rate, self.acceleration = np.zeros(3), np.zeros(3)
-        self._period, self._wandering = 0.0, np.zeros(SIZE)
+        # by the period: times are sums of decimal fractions, so that periods differ by rounding
+        self._wandering: dict[float, Array] = {}
         self.reset(np.eye(3), np.zeros(3), np.zeros(SIZE))
 
     def reset(self, rotation: Array, position: Array, deviation: Array) -> None:
@@ -78,8 +79,8 @@ class InvariantFilter:
             accelerometer: (3,) specific force [m/s^2].
             dt: [s].
         """
-        if dt != self._period:
-            self._period, self._wandering = dt, self._wanders(dt)
+        if (added := self._wandering.get(dt)) is None:
+            added = self._wandering[dt] = self._wanders(dt)
         _without_bias(gyro, accelerometer, self.gyro_bias, self.accelerometer_bias, self.rate, self.acceleration)
         _propagate(
             self.rotation,
@@ -87,7 +88,7 @@ class InvariantFilter:
             self.position,
             self.covariance,
             self._transition,
-            self._wandering,
+            added,
             self.rate,
             self.acceleration,
             self._gravity,

@@ -45,7 +45,8 @@ class SimulatedBody:
         self._model, self._data, self._at_drive = model, mujoco.MjData(model), at_drive
         self._qpos, self._qvel = self._data.qpos, self._data.qvel
         self._servos = Servos(model, self._data)
-        self._trunk = model.body(TRUNK).id
+        self._act, self._warmstart = self._data.act, self._data.qacc_warmstart
+        self._push = self._data.xfrc_applied[model.body(TRUNK).id, :3]
         sites: dict[Side, int] = {side: model.site(f"{side}_sole").id for side in SIDES}
         where, axes = self._data.site_xpos, self._data.site_xmat
         self._soles = {side: (where[i], axes[i], robot.sole_vertices[side].copy()) for side, i in sites.items()}
@@ -55,12 +56,12 @@ class SimulatedBody:
         model, data = self._model, self._data
         # All that a step starts from, so that nothing of the last call is left.
         self._qpos[:], self._qvel[:] = state.configuration, state.velocity
-        data.act[:], data.qacc_warmstart[:], data.time = 0.0, 0.0, 0.0
+        self._act[:], self._warmstart[:], data.time = 0.0, 0.0, 0.0
         mujoco.mj_kinematics(model, data)
         lowest = [self._lowest(side) for side in state.loaded]
         shift = min(lowest) + _SINK if lowest else 0.0
         self._qpos[2] -= shift
-        data.xfrc_applied[self._trunk, :3] = state.push
+        self._push[:] = state.push
         for part in held:
             targets = part.targets
             at = (self._qpos[7:], self._qvel[6:]) if targets.from_seen and self._at_drive else None
