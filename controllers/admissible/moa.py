@@ -98,7 +98,7 @@ class MoaSet:
 
     def slacks(self, x: ArrayLike) -> np.ndarray:
         """`slack` of each state of x (..., 4), as (...,)."""
-        return self.polytope.slack(np.asarray(x, dtype=float) - self.x_C)
+        return self.in_world().slack(x)
 
     def contains(self, x: ArrayLike) -> bool:
         """Whether state x (4,) is in the closed set; False for NaN."""

@@ -20,7 +20,7 @@ from controllers.geometry.polytope import Polytope
 from controllers.geometry.support_polygon import SupportError, SupportPolygon
 from controllers.nstep.box import Box, box_supports, box_tangents, union_offsets, within
 from controllers.nstep.build import SetTables, StanceTable, StepModel, build
-from controllers.nstep.foothold_kernel import step_slacks
+from controllers.nstep.step_kernel import step_slacks
 from controllers.nstep.step_limits import StepLimits
 from controllers.pendulum import Pendulum
 from models.arena import SIDES

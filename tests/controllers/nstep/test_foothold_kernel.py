@@ -10,16 +10,8 @@ import pytest
 from controllers.geometry.planar import clipped, supports, tangents
 from controllers.geometry.planar_kernel import nearest
 from controllers.nstep.box import Box, box_corners, box_tangents, flat, union_offsets, within
-from controllers.nstep.foothold_kernel import (
-    SAME,
-    best_between,
-    corners_of,
-    last_foothold,
-    last_slack,
-    program_limits,
-    slacks_ahead,
-    tangents_of,
-)
+from controllers.nstep.foothold_kernel import SAME, best_between, last_foothold, program_limits
+from controllers.nstep.step_kernel import corners_of, last_slack, slacks_ahead, tangents_of
 from controllers.nstep.step_sets import step_sets
 from tests.controllers.nstep.stepping_plane import LIMITS, PENDULUM, SOLE
 
