@@ -122,7 +122,8 @@ class BalanceCommand:
     def phase(self) -> Phase:
         """Standing or stepping."""
         if self.stepping is None:
-            return Phase.STANDING if all(foot.stance for foot in self.feet.values()) else Phase.STEPPING
+            both = self.feet["left"].stance and self.feet["right"].stance
+            return Phase.STANDING if both else Phase.STEPPING
         return Phase.STEPPING if self.stepping else Phase.STANDING
 
 
