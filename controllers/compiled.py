@@ -20,6 +20,7 @@ R = TypeVar("R")
 COMPILING = "okiagari: compiling what is used for the first time; some seconds"
 """What the first runs after an installation are told."""
 
+_config: Any = numba.config
 _HOUSE = Path(__file__).resolve().parent.parent
 _ROOMS = ("controllers", "sim")
 _IMPORTED = re.compile(rb"^from ((?:controllers|models|sim)[\w.]*) import", re.MULTILINE)
@@ -34,11 +35,11 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """
     # numba looks at the function's own file alone: code that calls a kernel of another file, which was edited since,
     # would go on with the old one. So all is compiled anew when a source of any kernel has changed.
-    theirs, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(_FOLDER)
+    theirs, _config.CACHE_DIR = _config.CACHE_DIR, str(_FOLDER)
     try:
         made: Any = numba.njit(cache=True, error_model="numpy")(function)
     finally:
-        numba.config.CACHE_DIR = theirs
+        _config.CACHE_DIR = theirs
     return made
 
 
@@ -59,8 +60,8 @@ def sources_hash(house: Path) -> str:
 def _folder() -> Path:
     """Where the code of these sources is kept: beside them, or where numba was told to; that of former ones goes."""
     name = f"okiagari-{sources_hash(_HOUSE)}"
-    if numba.config.CACHE_DIR:
-        return Path(numba.config.CACHE_DIR) / name
+    if _config.CACHE_DIR:
+        return Path(_config.CACHE_DIR) / name
     beside = Path(__file__).resolve().parent / "__pycache__"
     if not (beside / name).is_dir():
         for former in beside.glob("okiagari-*"):

@@ -38,7 +38,7 @@ class Noise:
 
 
 class InvariantFilter:
-    """State and covariance; `predict` by the IMU, `correct` by what is known of the contacts.
+    """State and covariance; `predict` by the IMU, `correct` by what is known of the contacts. All are written over.
 
     Attributes:
         rotation: (3, 3) from the trunk's frame to the world.

@@ -20,7 +20,7 @@ class JointFilter:
     """An alpha-beta filter a joint, at the steady gains of a Kalman filter for a randomly accelerated angle.
 
     Attributes:
-        position, velocity: (n,) of the joints [rad, rad/s].
+        position, velocity: (n,) of the joints [rad, rad/s]; written over.
     """
 
     def __init__(self, noise: float, acceleration: float) -> None:

@@ -29,7 +29,7 @@ class MeasuredBody:
         # placo reads the file, and pinocchio, which it stands on, tells how the bodies hang together
         self._bodies, self._hung = bodies_of(PlacoModel(robot).wrapper.model)
         count = len(self._bodies)
-        self._motions = np.zeros(count, MOTION)
+        self._motions, self._from_trunk = np.zeros(count, MOTION), np.zeros(count, MOTION)
         self._joints, self._rates = np.zeros(6 + count), np.zeros(5 + count)
         self._joints[3] = 1.0
         self._by_joints, self.soles = np.zeros(2, MOTION), np.zeros(2, MOTION)
@@ -42,7 +42,7 @@ class MeasuredBody:
     def by_joints(self, position: Array, velocity: Array) -> Records:
         """(2,) of `MOTION`: the soles as joint angles (n,) [rad] and speeds (n,) [rad/s] move them, from the trunk."""
         self._joints[7:], self._rates[6:] = position, velocity
-        hang(self._bodies, self._hung, self._joints, self._rates, self._motions, self._by_joints)
+        hang(self._bodies, self._hung, self._joints, self._rates, self._from_trunk, self._by_joints)
         return self._by_joints
 
     def place(self, configuration: Array, velocity: Array) -> None:

@@ -53,7 +53,7 @@ class TrueBody:
         }
 
     def draw(self, scenario: Scenario) -> None:
-        """Begin an episode of a scenario that differs in seed, variation and pushes only."""
+        """Begin an episode of a scenario that is alike in what is compiled."""
         body, model = scenario.body, self._model
         if not body.scale:
             return

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 
-_LIBRARIES = ("okiagari", "mujoco", "dm_control", "placo", "numpy", "scipy")
+_LIBRARIES = ("okiagari", "mujoco", "dm_control", "placo", "numpy", "scipy", "numba", "daqp")
 
 
 def versions(brought: Iterable[str] = ()) -> dict[str, str]:

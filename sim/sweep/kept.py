@@ -31,20 +31,20 @@ _warm: set[Hashable] = set()
 def run_kept(scenario: Scenario) -> EpisodeResult:
     """Run a scenario with what is kept; its bits are those of a process that has run nothing before."""
     robot = robot_named(scenario.robot)
-    world, key = None, (robot.sha256, compiled_in(scenario))
-    if scenario.world == "humanoid":
-        world = _kept(_worlds, key, lambda: HumanoidWorld(scenario, robot))
     try:
         return run_episode(
             scenario,
             robot=robot,
-            layer=_layer(scenario, robot),
+            layer=layer_kept(scenario, robot),
             estimator=_estimator(scenario, robot),
-            world=world,
+            world=_world(scenario, robot),
             polygons=False,
         )
     except BaseException:
-        _worlds.pop(key, None)  # nobody knows where in a tick it was left
+        # nobody knows where in a tick they were left
+        for known in (_layers, _estimators, _worlds):
+            if known:
+                known.popitem()
         raise
 
 
@@ -61,7 +61,7 @@ def warm_up(scenario: Scenario) -> None:
 def warm_up_shipped(scenarios: Iterable[Scenario]) -> None:
     """The same of scenarios whose classes are all Okiagari's own: others might end this process."""
     for scenario in scenarios:
-        if _is_shipped(scenario):
+        if is_shipped(scenario):
             warm_up(scenario)
 
 
@@ -76,10 +76,13 @@ def _kind(scenario: Scenario) -> Hashable:
     """What decides what is loaded and compiled."""
     layer = layer_of(scenario)
     estimator = scenario.sensing.who.name if scenario.sensing.estimates else None
-    return scenario.world, scenario.robot, scenario.controller.name, layer and layer.name, estimator
+    told = scenario.stepping.model_dump(), scenario.controller.model_dump(), scenario.sensing.preset
+    names = scenario.world, scenario.robot, layer and layer.name, estimator
+    return *names, json.dumps(told, sort_keys=True, default=str)
 
 
-def _is_shipped(scenario: Scenario) -> bool:
+def is_shipped(scenario: Scenario) -> bool:
+    """Whether all classes that a scenario names are Okiagari's own."""
     layer, sensing = layer_of(scenario), scenario.sensing
     return (
         scenario.controller.name in CONTROLLERS.shipped
@@ -88,7 +91,15 @@ def _is_shipped(scenario: Scenario) -> bool:
     )
 
 
-def _layer(scenario: Scenario, robot: Robot) -> WholeBodyLayer | None:
+def _world(scenario: Scenario, robot: Robot) -> HumanoidWorld | None:
+    """A compiled world, made once for each robot and all that is compiled in; None for the pendulum."""
+    if scenario.world != "humanoid":
+        return None
+    key = robot.sha256, compiled_in(scenario)
+    return _kept(_worlds, key, lambda: HumanoidWorld(scenario, robot))
+
+
+def layer_kept(scenario: Scenario, robot: Robot) -> WholeBodyLayer | None:
     """A whole-body layer, made once for each kind, robot and period; None if there is nothing for it to do."""
     # placo does not give back a solver's memory, 0.8 MB each: a worker must not make one an episode.
     if (choice := layer_of(scenario)) is None:

@@ -13,7 +13,7 @@ from scenarios.suite_catalogue import LoadedSuite
 from sim.episode.build import make_controller
 from sim.results.push_size import robot_named
 from sim.sweep.executors import Workers
-from sim.sweep.kept import warm_up_shipped
+from sim.sweep.kept import is_shipped, layer_kept, warm_up_shipped
 from sim.sweep.plan import Series, plan, scenario_of
 from sim.sweep.progress import SweepDisplay
 from sim.sweep.runner import Runner
@@ -38,7 +38,7 @@ def run_sweep(loaded: LoadedSuite, folder: Path, workers: Workers, *, progress: 
             is full; what is finished is kept.
     """
     series = plan(loaded)
-    _check_joint_controllers(loaded, series)
+    _check_classes(loaded, series)
     with owned(folder):
         prepare(loaded, folder)
         store = Store(folder)
@@ -60,15 +60,14 @@ def run_sweep(loaded: LoadedSuite, folder: Path, workers: Workers, *, progress: 
             while (episode := scheduler.next()) is not None:
                 yield Job(episode=episode, scenario=scenario_of(loaded, episode))
 
-        if scheduler.left:
-            runner = Runner(workers, finished)
-            if workers.share_code:
-                # While they start: else each would compile the same, and none says what it waits for.
-                warm_up_shipped(_kinds(loaded, series))
+        if scheduler.left and workers.share_code:
+            # Before they start: else each would compile the same, and none says what it waits for.
+            lacking = [one for one in series if any(episode.name not in store.outcomes for episode in one.episodes)]
+            warm_up_shipped(_kinds(loaded, lacking))
         if progress is not None:
             progress.begin(scheduler, store.outcomes.values())
         if scheduler.left:
-            runner.work(jobs)
+            Runner(workers, finished).work(jobs)
         store.finish()
         describe(loaded, folder, planned=scheduler.planned, finished=len(store.outcomes))
 
@@ -83,11 +82,14 @@ def _kinds(loaded: LoadedSuite, series: list[Series]) -> Iterator[Scenario]:
             yield scenario_of(loaded, one.episodes[0])
 
 
-def _check_joint_controllers(loaded: LoadedSuite, series: list[Series]) -> None:
-    """Build each controller at joint level once: one that does not fit its robot would crash in every episode."""
+def _check_classes(loaded: LoadedSuite, series: list[Series]) -> None:
+    """Build each controller at joint level and each layer of ours once: one that does not fit would always crash."""
     for scenario in _kinds(loaded, series):
-        if CONTROLLERS.entry(scenario.controller.name).at_joints:
-            try:
-                make_controller(scenario, robot_named(scenario.robot))
-            except InputError as error:
-                raise InputError(f"{loaded.path}: {error}") from None
+        robot = robot_named(scenario.robot)
+        try:
+            if CONTROLLERS.entry(scenario.controller.name).at_joints:
+                make_controller(scenario, robot)
+            elif is_shipped(scenario):
+                layer_kept(scenario, robot)
+        except InputError as error:
+            raise InputError(f"{loaded.path}: {error}") from None

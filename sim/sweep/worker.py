@@ -24,7 +24,7 @@ from sim.results.columns import COLUMNS
 from sim.results.prediction import prediction_columns
 from sim.results.push_size import push_columns, robot_named
 from sim.results.train import train_columns
-from sim.sweep.kept import run_kept, warm_up
+from sim.sweep.kept import run_kept, warm_up_shipped
 from sim.sweep.plan import PlannedEpisode
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ class Job:
 def run_job(job: Job) -> dict[str, Any]:
     """Run an episode and make its row."""
     with _ONE_AT_A_TIME:
-        warm_up(job.scenario)
+        warm_up_shipped([job.scenario])
         begin = time.perf_counter()
         result = run_kept(job.scenario)
         row = _known(job) | happened(result, train="train" in job.episode.parameters)

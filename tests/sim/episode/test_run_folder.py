@@ -49,7 +49,9 @@ def test_outcome_holds_what_is_promised(result: EpisodeResult, tmp_path: Path) -
     promised = {"outcome", "reason", "time_of_fall", "steps_taken", "robot", "mass", "omega", "seed", "versions"}
     assert promised | {"real_time_factor", "pushes", "commit"} <= set(outcome)
     assert (outcome["outcome"], outcome["robot"], outcome["seed"]) == ("recovered", "utmu2", 4)
-    assert {"python", "okiagari", "mujoco", "dm_control", "placo", "numpy", "scipy"} == set(outcome["versions"])
+    assert {"python", "okiagari", "mujoco", "dm_control", "placo", "numpy", "scipy", "numba", "daqp"} == set(
+        outcome["versions"]
+    )
     (push,) = outcome["pushes"]
     promised = {"start", "direction_deg", "asked_impulse", "delivered_impulse", "delta_v", "cog_velocity_after"}
     assert promised | {"in_regulator_set", "in_tracking_set", "chosen"} <= set(push)

@@ -177,7 +177,8 @@ def test_warming_up_in_the_parent_runs_no_foreign_code(tmp_path: Path, nothing_k
     assert [scenario.seed for scenario in nothing_kept] == [1001]
 
 
-def test_all_compiled_code_is_loaded_by_warming_up(mixed: dict[str, Scenario]) -> None:
+@pytest.mark.parametrize("more", [{}, {"whole_body": "ik"}, {"sensing": {"preset": "cheap", "latency": 0.004}}])
+def test_all_compiled_code_is_loaded_by_warming_up(more: dict[str, Any]) -> None:
     program = """
 import gc, json, sys
 from numba.core.registry import CPUDispatcher
@@ -193,7 +194,7 @@ before = loaded()
 kept.run_kept(scenario)
 print(json.dumps([before, loaded()]))
 """
-    told = json.dumps(mixed["drawn anew"].as_dict())
+    told = json.dumps(short(1001, controller="supervisor", **more).as_dict())
     ran = subprocess.run([sys.executable, "-c", program], input=told, capture_output=True, text=True, check=True)
     before, after = json.loads(ran.stdout)
     assert sum(before.values()) > 5
