@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from controllers.admissible.moa import MoaSet, regulator_set
 from controllers.admissible.robust import EmptySetError, ZmpError
 from controllers.gains import Gain, GainError
-from controllers.geometry.slack_kernel import first_with, slack_in_any
+from controllers.geometry.slack_kernel import first_with, slack_in_any, table_of
 from controllers.geometry.support_polygon import SupportPolygon
 from controllers.pendulum import Pendulum
 
@@ -64,7 +64,8 @@ class GainBank:
     _rows: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_tables", np.concatenate([moa.table.ravel() for moa in self.sets]))
+        worlds = [moa.in_world() for moa in self.sets]
+        object.__setattr__(self, "_tables", np.concatenate([table_of(world.S, world.a).ravel() for world in worlds]))
         object.__setattr__(self, "_rows", np.array([len(moa.a) for moa in self.sets]))
 
     @property

@@ -50,7 +50,6 @@ class MoaSet:
         sample: (r,) ascending.
         edge: (r,).
         bounded: whether the set is bounded. That of a DCM gain is not: only the DCM is limited.
-        table: (5, r) `table_of` the set in x instead of xbar.
     """
 
     pendulum: Pendulum
@@ -64,13 +63,14 @@ class MoaSet:
     edge: np.ndarray
     bounded: bool
     _a: np.ndarray = field(init=False, repr=False)
-    table: np.ndarray = field(init=False, repr=False)
+    # `table_of` the set in x instead of xbar.
+    _table: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         for value in (self.centre, self.sample, self.edge):
             value.setflags(write=False)
         object.__setattr__(self, "_a", self.polytope.a + self.polytope.S @ self.x_C)
-        object.__setattr__(self, "table", table_of(self.polytope.S, self._a))
+        object.__setattr__(self, "_table", table_of(self.polytope.S, self._a))
 
     @property
     def S(self) -> np.ndarray:
@@ -94,7 +94,7 @@ class MoaSet:
 
     def slack(self, x: ArrayLike) -> float:
         """Slack [m of ZMP] of the tightest row at state x (4,); negative outside the set, NaN for NaN."""
-        return least_slack(self.table, np.ascontiguousarray(x, float))
+        return least_slack(self._table, np.ascontiguousarray(x, float))
 
     def slacks(self, x: ArrayLike) -> np.ndarray:
         """`slack` of each state of x (..., 4), as (...,)."""
@@ -106,7 +106,7 @@ class MoaSet:
 
     def tight(self, x: ArrayLike) -> tuple[int, int]:
         """(sample, edge) of the row with the least slack at state x (4,)."""
-        row = int(np.argmin(self._a - np.dot(x, self.table[:-1])))
+        row = int(np.argmin(self._a - np.dot(x, self._table[:-1])))
         return int(self.sample[row]), int(self.edge[row])
 
     def in_world(self) -> Polytope:

@@ -6,11 +6,12 @@ Along fixed normals Minkowski sums are plain sums.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from operator import itemgetter
 
 import numpy as np
 
+from controllers.geometry.planar_kernel import clipped
 from models.errors import OkiagariError
 
 # Points no farther than this [m] from a line are on it: a million times the rounding of a metre, far below a sole.
@@ -80,10 +81,8 @@ def corners(normals: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     Raises:
         EmptyPlanarError: the half-planes share no area.
     """
-    points = clipped(
-        [(-_FAR, -_FAR), (_FAR, -_FAR), (_FAR, _FAR), (-_FAR, _FAR)],
-        zip(normals.tolist(), offsets.tolist(), strict=True),
-    )
+    square = np.array([[-_FAR, -_FAR], [_FAR, -_FAR], [_FAR, _FAR], [-_FAR, _FAR]])
+    points = clipped(square, normals, offsets).tolist()
     # A corner that two clips found twice is one.
     distinct = [p for i, p in enumerate(points) if math.dist(p, points[i - 1]) > _SHORT]
     if len(distinct) < 3:
@@ -135,42 +134,3 @@ def _half_hull(ordered: Points) -> Points:
             chain.pop()
         chain.append((x, y))
     return chain
-
-
-def clipped(points: Points, half_planes: Iterable[tuple[Sequence[float], float]]) -> Points:
-    """What half-planes (normal, offset) leave of a convex polygon; empty if nothing."""
-    for (nx, ny), offset in half_planes:
-        if not points:
-            return points
-        kept = []
-        ax, ay = points[-1]
-        before = offset - nx * ax - ny * ay
-        for bx, by in points:
-            after = offset - nx * bx - ny * by
-            if (before < 0.0) != (after < 0.0):
-                t = before / (before - after)
-                kept.append((ax + t * (bx - ax), ay + t * (by - ay)))
-            if after >= 0.0:
-                kept.append((bx, by))
-            ax, ay, before = bx, by, after
-        points = kept
-    return points
-
-
-def tangents(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Outward unit normals of the two lines through the origin that touch a convex polygon; none if it holds it."""
-    left = right = points[0]
-    for point in points[1:]:
-        x, y = point
-        if left[0] * y - left[1] * x > 0.0:
-            left = point
-        if right[0] * y - right[1] * x < 0.0:
-            right = point
-    found = []
-    for nx, ny in ((-left[1], left[0]), (right[1], -right[0])):
-        length = math.hypot(nx, ny)
-        # The order by angle above means nothing for a polygon around the origin: points lie beyond the line then.
-        if length <= _SHORT or max([nx * x + ny * y for x, y in points]) > _SHORT * length:
-            return []
-        found.append((nx / length, ny / length))
-    return found

@@ -1,8 +1,4 @@
-"""Convex polygons of the plane by arrays of their corners, compiled.
-
-`clipped` and `tangents` are those of `planar`, which takes lists: the same products and sums in the same order, so that
-both give the same bits.
-"""
+"""Convex polygons of the plane by arrays of their corners, compiled."""
 
 from __future__ import annotations
 

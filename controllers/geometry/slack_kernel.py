@@ -1,7 +1,8 @@
 """Slacks of half-space sets {x : S x <= a}, compiled.
 
-One state in one set is multiplied by BLAS, as numpy does it, and gives the bits that `min(a - S x)` gives in numpy. Of
-many states, or many sets, the products are summed in the order of the coordinates, whatever the processor.
+One state in one set is multiplied by BLAS, as numpy does it, and the slack is that of numpy's `min(a - S x)` up to the
+rounding of the sums. Of many states, or many sets, the products are summed in the order of the coordinates, whatever
+the processor.
 """
 
 from __future__ import annotations
@@ -49,10 +50,12 @@ def least_slack(table: Array, x: Array) -> float:
 
 @compiled
 def least_slacks(S: Array, a: Array, points: Array, out: Array) -> None:
-    """Write min(a - S x) of each row x of points (p, n) to out (p,); NaN if a slack is.
+    """Write min(a - S x) of each row x of points (p, n) to out (p,); NaN if a slack is, as for a NaN in x.
+
+    A slack that is NaN because products of finite numbers overflow may be left out instead.
 
     Args:
-        S, a: (r, n), (r,).
+        S, a: (r, n), (r,), without NaN.
         points: (p, n).
         out: (p,) written.
     """
@@ -92,10 +95,12 @@ def _any_slacks(S: Array, a: Array, block: Array, least: Array, size: int) -> No
 
 @compiled
 def least_of_each(table: Array, start: NDArray[np.int64], x: Array, out: Array) -> None:
-    """Write min(a - S x) of a state x (4,) in each of many sets to out (m,); NaN if a slack is.
+    """Write min(a - S x) of a state x (4,) in each of many sets to out (m,); NaN if a slack is, as for a NaN in x.
+
+    A slack that is NaN because products of finite numbers overflow may be left out instead.
 
     Args:
-        table: `table_of` the rows of all sets, one set after another.
+        table: `table_of` the rows of all sets, without NaN, one set after another.
         start: (m + 1,) first row of each set, and the number of all rows.
         x: state.
         out: (m,) written.

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from controllers.geometry.planar import COLLINEAR, clipped, hull
-from controllers.geometry.planar_kernel import nearest
+from controllers.geometry.planar import COLLINEAR, hull
+from controllers.geometry.planar_kernel import clipped, nearest
 from models.errors import OkiagariError
 
 if TYPE_CHECKING:
@@ -57,7 +57,6 @@ class SupportPolygon:
     v: np.ndarray = field(init=False, repr=False)
     centre: np.ndarray = field(init=False, repr=False)
     _edges: tuple[tuple[float, float, float], ...] = field(init=False, repr=False)
-    _corners: tuple[tuple[float, float], ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         vertices = _planar("vertices", self.vertices)
@@ -88,7 +87,6 @@ class SupportPolygon:
             value.setflags(write=False)
             object.__setattr__(self, name, value)
         object.__setattr__(self, "_edges", tuple(edges))
-        object.__setattr__(self, "_corners", tuple(corners))
 
     def slack(self, u: Point) -> float:
         """Distance [m] from the point u (2,) to the nearest edge line, negative outside, -inf if not finite."""
@@ -141,7 +139,7 @@ class SupportPolygon:
             raise SupportError(f"margin must be a finite non-negative number of metres, got {margin!r}")
         if margin == 0.0:
             return self
-        points = clipped(list(self._corners), [((mx, my), v - margin) for mx, my, v in self._edges])
+        points = [(x, y) for x, y in clipped(self.vertices, self.M, self.v - margin).tolist()]
         corners = hull(points) if points else []
         if len(corners) < 3:
             raise EmptyPolygonError(f"nothing is left of the polygon {margin} m inside its edges")
@@ -159,14 +157,7 @@ class SupportPolygon:
         vertices, centre = self.vertices + shift, self.centre + shift
         for array in (offsets, vertices, centre):
             array.setflags(write=False)
-        values = (
-            vertices,
-            self.M,
-            offsets,
-            centre,
-            edges,
-            tuple([(x + dx, y + dy) for x, y in self._corners]),
-        )
+        values = (vertices, self.M, offsets, centre, edges)
         for name, value in zip(SupportPolygon.__slots__, values, strict=True):
             object.__setattr__(polygon, name, value)
         return polygon

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from controllers.geometry.planar import supports, tangents
+from controllers.geometry.planar import supports
+from controllers.nstep.step_kernel import corners_of
 from models.robot import Side
 
 AXES = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
@@ -39,25 +38,6 @@ def union_offsets(box: Box, weights: tuple[float, float], normals: np.ndarray) -
     return np.asarray(np.maximum(weights[0] * reach, weights[1] * reach))
 
 
-def box_corners(box: Box) -> list[tuple[float, float]]:
-    """The four, counter-clockwise."""
-    (x1, y1), (x2, y2) = box
-    return [(x1, y1), (x2, y1), (x2, y2), (x1, y2)]
-
-
-def box_tangents(box: Box) -> list[tuple[float, float]]:
-    """`tangents` of a box: most lie on one side of the x axis, and then it is clear which corners they touch."""
-    (x1, y1), (x2, y2) = box
-    if y1 > 0.0:
-        left, right = (x1, y1 if x1 < 0.0 else y2), (x2, y1 if x2 > 0.0 else y2)
-    elif y2 < 0.0:
-        left, right = (x2, y2 if x2 > 0.0 else y1), (x1, y2 if x1 < 0.0 else y1)
-    else:
-        return tangents(box_corners(box))
-    wide, narrow = math.hypot(*left), math.hypot(*right)
-    return [(-left[1] / wide, left[0] / wide), (right[1] / narrow, -right[0] / narrow)]
-
-
 def flat(box: Box) -> np.ndarray:
     """The box as (4,): lower, then upper corner."""
     return np.array(box[0] + box[1])
@@ -65,4 +45,4 @@ def flat(box: Box) -> np.ndarray:
 
 def box_supports(box: Box, normals: np.ndarray) -> np.ndarray:
     """Support function (J,) of a box."""
-    return supports(np.array(box_corners(box)), normals)
+    return supports(corners_of(flat(box)), normals)

@@ -24,7 +24,8 @@ import numpy as np
 from controllers.admissible.robust import EmptySetError, ZmpError
 from controllers.geometry.planar import EmptyPlanarError, corners, edge_lengths, fan, supports, tightened
 from controllers.geometry.support_polygon import SupportPolygon
-from controllers.nstep.box import AXES, Box, box_of, box_supports, box_tangents, union_offsets
+from controllers.nstep.box import AXES, Box, box_of, box_supports, flat, union_offsets
+from controllers.nstep.step_kernel import tangents_of
 from controllers.nstep.step_limits import StepLimits
 from controllers.pendulum import Pendulum
 from models.arena import SIDES
@@ -193,7 +194,7 @@ class _Builder:
         # Any of these footholds can follow any of them: the foot swings from one stance to the next but one.
         stride, wide = min(limits.max_stride, 0.5 * reach), min(limits.max_width, limits.min_width + reach)
         boxes = {side: box_of(side, stride, limits.min_width, wide) for side in SIDES}
-        slants = [np.array(box_tangents(box)) for box in boxes.values()]
+        slants = [tangents_of(flat(box)) for box in boxes.values()]
         normals = fan(self._normals, *slants)
         decay = self._decay[ticks]
         # Sets at the start of a step, of 1, 2, ... steps.
@@ -253,7 +254,7 @@ class _Builder:
         limits, needed = self._limits, 1.0 / (self._gain_k - 1.0)
         (_, low), (stride, _) = box_of("right", limits.max_stride, limits.min_width, limits.max_width)
         normals = self._normals
-        slants = np.array(box_tangents(((-stride, low), (stride, limits.max_width))))
+        slants = tangents_of(flat(((-stride, low), (stride, limits.max_width))))
         across = fan(normals, slants, -slants)
         across = across[np.abs(across[:, 0]) * stride + 1e-12 >= np.abs(across[:, 1]) * low]
         room = supports(self._usable.vertices, across) / self._gain_k

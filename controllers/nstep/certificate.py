@@ -15,8 +15,9 @@ from scipy.spatial import ConvexHull
 
 from controllers.geometry.polytope import Polytope
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
-from controllers.nstep.box import Box, box_corners, box_of, within
+from controllers.nstep.box import Box, box_of, flat, within
 from controllers.nstep.foothold import choose_foothold
+from controllers.nstep.step_kernel import corners_of
 from controllers.nstep.step_limits import StepLimits
 from controllers.nstep.step_sets import StepSets
 from models.errors import InputError
@@ -207,7 +208,7 @@ def _bound(sets: StepSets, question: Question, normal: np.ndarray) -> float:
         boxes.append(sets.table(stance, question.step_time).box)
     spans = [ticks] + [times] * (question.steps - 1)
     ends = 0.5 - 0.5 / sets.gain_k, 0.5 + 0.5 / sets.gain_k
-    shapes = [np.array(box_corners(box)) for box in boxes]
+    shapes = [corners_of(flat(box)) for box in boxes]
     shapes[-1] = np.vstack([share * shapes[-1] for share in ends])
     if sets.error.w_bar:
         return _robust_bound(sets, shapes, spans, normal)

@@ -22,7 +22,7 @@ def corners_of(box: Array) -> Array:
 
 @compiled
 def tangents_of(box: Array) -> Array:
-    """`box.box_tangents` of a box (4,), as (2, 2) or (0, 2)."""
+    """`tangents` of a box (4,): most lie on one side of the x axis, and then it is clear which corners they touch."""
     x1, y1, x2, y2 = box
     if y1 > 0.0:
         left_x, left_y, right_x, right_y = x1, y1 if x1 < 0.0 else y2, x2, y1 if x2 > 0.0 else y2

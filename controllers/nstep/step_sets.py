@@ -18,9 +18,9 @@ from controllers.gains import UnstableGainError, dcm
 from controllers.geometry.planar import edge_lengths, fan, supports
 from controllers.geometry.polytope import Polytope
 from controllers.geometry.support_polygon import SupportError, SupportPolygon
-from controllers.nstep.box import Box, box_supports, box_tangents, union_offsets, within
+from controllers.nstep.box import Box, box_supports, flat, union_offsets, within
 from controllers.nstep.build import SetTables, StanceTable, StepModel, build
-from controllers.nstep.step_kernel import step_slacks
+from controllers.nstep.step_kernel import step_slacks, tangents_of
 from controllers.nstep.step_limits import StepLimits
 from controllers.pendulum import Pendulum
 from models.arena import SIDES
@@ -155,7 +155,7 @@ class StepSets:
             normals = table.normals
             offsets = decay * box_supports(more, normals) + table.ahead[:, steps - 2, k]
         else:
-            normals = fan(self.tables.normals, np.array(box_tangents(last)).reshape(-1, 2))
+            normals = fan(self.tables.normals, tangents_of(flat(last)))
             offsets = decay * union_offsets(last, self.tables.weights, normals)
             offsets = offsets + supports(self.tables.outlines[:, :, k].T, normals)
         edges = edge_lengths(normals, offsets) > _SHORT

@@ -7,17 +7,14 @@ import pytest
 
 from controllers.geometry.planar import (
     EmptyPlanarError,
-    clipped,
     corners,
     edge_lengths,
     fan,
     supports,
-    tangents,
     tightened,
 )
 from controllers.geometry.polytope import Polytope
 
-SQUARE = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
 AXES = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 
@@ -50,23 +47,3 @@ def test_half_planes_without_area_are_told() -> None:
     for offsets in ([1.0, 1.0, -2.0, 1.0], [1.0, 1.0, -1.0, 1.0], [-1.0, -1.0, -1.0, -1.0]):
         with pytest.raises(EmptyPlanarError):
             tightened(AXES, np.array(offsets))
-    assert clipped(SQUARE, [((1.0, 0.0), -2.0), ((0.0, 1.0), 0.0)]) == []
-
-
-def test_clipping_cuts_and_keeps() -> None:
-    assert clipped(SQUARE, [((1.0, 0.0), 2.0)]) == SQUARE
-    assert sorted(clipped(SQUARE, [((1.0, 0.0), 0.5)])) == [(-1.0, -1.0), (-1.0, 1.0), (0.5, -1.0), (0.5, 1.0)]
-
-
-def test_tangents_touch_and_leave_the_polygon_on_one_side() -> None:
-    rng = np.random.default_rng(2)
-    for _ in range(50):
-        centre = rng.normal(size=2)
-        polygon = [(float(x), float(y)) for x, y in np.array(SQUARE) * rng.uniform(0.05, 0.3, 2) + centre]
-        lines = tangents(polygon)
-        holds_origin = (np.abs(centre) <= np.abs(np.array(polygon) - centre)[0]).all()
-        assert len(lines) == (0 if holds_origin else 2)
-        for normal in lines:
-            assert max(np.array(polygon) @ normal) == pytest.approx(0.0, abs=1e-12)
-    assert tangents(SQUARE) == []
-    assert tangents([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]) == []

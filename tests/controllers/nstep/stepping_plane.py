@@ -9,8 +9,9 @@ import numpy as np
 
 from controllers.geometry.linear_program import LinearProgram
 from controllers.geometry.support_polygon import Foot, SupportPolygon, support_polygon
-from controllers.nstep.box import box_corners
+from controllers.nstep.box import flat
 from controllers.nstep.foothold import choose_foothold
+from controllers.nstep.step_kernel import corners_of
 from controllers.nstep.step_limits import StepLimits
 from controllers.nstep.step_sets import StepSets
 from controllers.pendulum import Pendulum
@@ -158,7 +159,7 @@ def best_of_sequences(
         for _ in range(ticks):
             xi = growth * xi + (1.0 - growth) * pick(sole)
         last, more = sets.boxes(stance, ticks, swing, step_time)
-        foothold = pick(np.array(box_corners(last if left == 1 else more)))
+        foothold = pick(corners_of(flat(last if left == 1 else more)))
         if left == 1:
             break
         xi = xi - foothold
@@ -195,7 +196,7 @@ def best_by_program(
         at, by = growth * at, growth * by
         by[:, zmp] -= (growth - 1.0) * np.eye(2)
         last, more = sets.boxes(stance, ticks, swing, step_time)
-        corners = np.array(box_corners(last if steps == 1 else more))
+        corners = corners_of(flat(last if steps == 1 else more))
         shares = 0.5 + np.array([-0.5, 0.5]) / sets.gain_k if i == steps - 1 else (1.0, 1.0)
         by[:, foot] -= np.vstack([share * corners for share in shares]).T
         swing, stance, ticks = None, other(stance), round(step_time / sets.pendulum.dt)
