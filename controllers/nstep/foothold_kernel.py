@@ -8,15 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.compiled import compiled
-from controllers.geometry.planar_kernel import clipped, nearest, tangents
+from controllers.geometry.planar_kernel import FAR, clipped, nearest, tangents
 from controllers.nstep.step_kernel import corners_of, tangents_of
 
 Array = NDArray[np.float64]
 
 SAME = 1e-8
 """Slacks this near [m] are one: above the accuracy of the solver."""
-# Half the side of the square that holds all footholds and DCMs worth a step [m].
-_FAR = 1e3
 
 
 @compiled
@@ -161,7 +159,7 @@ def _suffices(room: Array, along: Array, low: float, high: float) -> bool:
 def _cone(normals: Array, room: Array, low: float, high: float, box: Array) -> Array:
     """All p of a box with -normals lam p <= room for a lam between the weights; none if rounding leaves none."""
     inner = -normals
-    points = clipped(corners_of(np.array([-_FAR, -_FAR, _FAR, _FAR])), inner, room + SAME)
+    points = clipped(corners_of(np.array([-FAR, -FAR, FAR, FAR])), inner, room + SAME)
     if len(points) == 0:
         return points
     across = tangents(points)
