@@ -11,17 +11,13 @@ from operator import itemgetter
 
 import numpy as np
 
-from controllers.geometry.planar_kernel import clipped
+from controllers.geometry.planar_kernel import FAR, SHORT, clipped
 from models.errors import OkiagariError
 
 # Points no farther than this [m] from a line are on it: a million times the rounding of a metre, far below a sole.
 COLLINEAR = 1e-9
 # Normals (unit vectors) that agree to this are one: a nanoradian moves no edge of a sole by more than its rounding.
 _SAME = 1e-9
-# An edge shorter than this [m] is a corner: far below a sole, far above the rounding of a clip.
-_SHORT = 1e-10
-# Half the side of the square that clipping starts from [m]; no robot in sight steps as far.
-_FAR = 1e3
 
 Points = list[tuple[float, float]]
 
@@ -81,10 +77,10 @@ def corners(normals: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     Raises:
         EmptyPlanarError: the half-planes share no area.
     """
-    square = np.array([[-_FAR, -_FAR], [_FAR, -_FAR], [_FAR, _FAR], [-_FAR, _FAR]])
+    square = np.array([[-FAR, -FAR], [FAR, -FAR], [FAR, FAR], [-FAR, FAR]])
     points = clipped(square, normals, offsets).tolist()
     # A corner that two clips found twice is one.
-    distinct = [p for i, p in enumerate(points) if math.dist(p, points[i - 1]) > _SHORT]
+    distinct = [p for i, p in enumerate(points) if math.dist(p, points[i - 1]) > SHORT]
     if len(distinct) < 3:
         raise EmptyPlanarError("the half-planes share no area")
     return np.array(distinct)

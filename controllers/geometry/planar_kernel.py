@@ -11,8 +11,10 @@ from controllers.compiled import compiled
 
 Array = NDArray[np.float64]
 
-# See `planar`.
-_SHORT = 1e-10
+SHORT = 1e-10
+"""An edge shorter than this [m] is a corner: far below a sole, far above the rounding of a clip."""
+FAR = 1e3
+"""Half the side of the square that clipping starts from [m]; no robot in sight steps as far."""
 # Twice an area below this [m^2] is none.
 _FLAT = 1e-18
 # Splits a double into two halves of 26 bits.
@@ -120,7 +122,7 @@ def tangents(points: Array) -> Array:
         most = -math.inf
         for i in range(len(points)):
             most = max(most, nx * points[i, 0] + ny * points[i, 1])
-        if length <= _SHORT or most > _SHORT * length:
+        if length <= SHORT or most > SHORT * length:
             return np.empty((0, 2))
         found[k, 0], found[k, 1] = nx / length, ny / length
     return found

@@ -8,15 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.compiled import compiled
-from controllers.geometry.planar_kernel import clipped, nearest, tangents
+from controllers.geometry.planar_kernel import FAR, clipped, nearest, tangents
 from controllers.nstep.step_kernel import corners_of, tangents_of
 
 Array = NDArray[np.float64]
 
 SAME = 1e-8
 """Slacks this near [m] are one: above the accuracy of the solver."""
-# Half the side of the square that holds all footholds and DCMs worth a step [m].
-_FAR = 1e3
 
 
 @compiled
@@ -45,6 +43,7 @@ def landed(
     offsets: Array,
     dcm_x: float,
     dcm_y: float,
+    more: bool,
     low: float,
     high: float,
     x: float,
@@ -59,7 +58,8 @@ def landed(
     Args:
         normals, offsets: (J, 2), (J,) of that set, seen from lam times the foothold.
         dcm_x, dcm_y: DCM at landing, seen from the stance foot [m].
-        low, high: limits of lam; alike if steps follow.
+        more: whether steps follow; lam is 1 then.
+        low, high: limits of lam if not.
         x, y: y = lam p of the program's optimum [m].
         most: its slack [m].
         ample: whether there are other y with that slack.
@@ -67,7 +67,6 @@ def landed(
         wanted: (2,).
     """
     room = offsets - np.dot(normals, np.array([dcm_x, dcm_y]))
-    more = low == high
     if not more:
         x, y = last_foothold(normals, room - most, low, high, x, y, box, wanted, ample)
     x, y = min(max(x, box[0]), box[2]), min(max(y, box[1]), box[3])
@@ -161,7 +160,7 @@ def _suffices(room: Array, along: Array, low: float, high: float) -> bool:
 def _cone(normals: Array, room: Array, low: float, high: float, box: Array) -> Array:
     """All p of a box with -normals lam p <= room for a lam between the weights; none if rounding leaves none."""
     inner = -normals
-    points = clipped(corners_of(np.array([-_FAR, -_FAR, _FAR, _FAR])), inner, room + SAME)
+    points = clipped(corners_of(np.array([-FAR, -FAR, FAR, FAR])), inner, room + SAME)
     if len(points) == 0:
         return points
     across = tangents(points)

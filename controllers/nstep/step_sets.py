@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from controllers.admissible.robust import ZmpError
 from controllers.gains import UnstableGainError, dcm
 from controllers.geometry.planar import edge_lengths, fan, supports
+from controllers.geometry.planar_kernel import SHORT
 from controllers.geometry.polytope import Polytope
 from controllers.geometry.support_polygon import SupportError, SupportPolygon
 from controllers.nstep.box import Box, box_supports, flat, union_offsets, within
@@ -29,8 +30,6 @@ from models.robot import Side
 
 # Ticks: a step or a remaining time this near to a whole number of them is one.
 _WHOLE = 1e-6
-# An edge shorter than this [m] is a corner of the outline.
-_SHORT = 1e-10
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -158,7 +157,7 @@ class StepSets:
             normals = fan(self.tables.normals, tangents_of(flat(last)))
             offsets = decay * union_offsets(last, self.tables.weights, normals)
             offsets = offsets + supports(self.tables.outlines[:, :, k].T, normals)
-        edges = edge_lengths(normals, offsets) > _SHORT
+        edges = edge_lengths(normals, offsets) > SHORT
         return Polytope(S=normals[edges], a=offsets[edges])
 
     def require_steps(self, steps: int) -> None:
