@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from controllers.compiled import compiled
 from controllers.multibody.elimination import factored, substitute, substitute_back
-from controllers.multibody.holding import KEPT, hold
+from controllers.multibody.holding import EXCHANGES, KEPT, hold
 from controllers.multibody.motion_tasks import asked
 from controllers.multibody.sharing import by_base, share_of_left, shared, wrench
 from controllers.multibody.sole_terms import sole_terms
@@ -68,6 +68,7 @@ def feed_forward(
         feet,
         figures,
         ROUNDS,
+        EXCHANGES,
     )
     for j in range(len(joints)):
         torque[j] += joints[j, 3] * qd[6 + j] + joints[j, 4] * math.tanh(qd[6 + j] / FRICTION_SPEED)
@@ -93,6 +94,7 @@ def moved(
     feet: Array,
     figures: Array,
     rounds: int,
+    exchanges: int,
 ) -> tuple[bool, Array, Array, Array, Array]:
     """Solve for the motion.
 
@@ -105,11 +107,12 @@ def moved(
         feet: (2, FOOT) what the soles are to do.
         figures: `Weights` of the tasks; those of torques and forces do not count here.
         rounds: how often limits may be held.
+        exchanges: how often what is held may be exchanged in each, see `hold`.
 
     Returns:
-        Whether there is an answer, of finite numbers; accelerations (6 + n,) of the base and the joints, in pinocchio's
-        order; wrenches (2, 6) of the soles in their frames [N, N m], inside their limits; joint torques (n,) within
-        theirs [N m]; shares (2,) of the soles.
+        Whether there is an answer: finite numbers, and what to hold was found; accelerations (6 + n,) of the base and
+        the joints, in pinocchio's order; wrenches (2, 6) of the soles in their frames [N, N m], inside their limits;
+        joint torques (n,) within theirs [N m]; shares (2,) of the soles.
     """
     weights = weights_of(figures)
     n = len(joints)
@@ -155,10 +158,11 @@ def moved(
     # parts of a sole's wrench that the force upwards limits, and by how much of it
     parts = (0, 1, 3, 4)
     half = np.array([weights.friction, weights.friction, 0.0, weights.half_width, weights.half_length])
+    found = True
     for solve in range(rounds + 1):
         x[:] = free
         if count > 0:
-            hold(rows, lack, count, fixed, active, x)
+            found = hold(rows, lack, count, fixed, active, x, exchanges)
         substitute_back(U, x)
         for i in range(6):
             total = bias[i]
@@ -168,7 +172,7 @@ def moved(
         if stands:
             wrench(local, shares, spring, need, wrenches)
         torques(mass, bias, local, shares, wrenches, x, torque)
-        if solve == rounds:
+        if solve == rounds or not found:
             break
 
         before = count
@@ -205,7 +209,6 @@ def moved(
         # what is held gives way a little; the rest is cut off
         cut(wrenches, half)
         torques(mass, bias, local, shares, wrenches, x, torque)
-    found = True
     for j in range(n):
         most = joints[j, 2]
         # so that NaN is not taken for an answer

@@ -51,7 +51,7 @@ class IkWholeBody:
         self._torque = np.zeros(len(self._robot.joint_names))
 
     def targets(self, observation: Observation, command: BalanceCommand) -> JointTargets:
-        """See `WholeBodyLayer.targets`. A motion that is not finite keeps the last torque and says so."""
+        """See `WholeBodyLayer.targets`. Without an answer it keeps the last torque and says so."""
         terms, feet = self._terms, self._feet
         terms.read(observation.configuration, observation.velocity)
         feet.aim(command)

@@ -11,6 +11,7 @@ import placo
 import pytest
 from scipy.spatial.transform import Rotation
 
+from controllers.multibody.holding import EXCHANGES
 from controllers.multibody.motion_kernel import ROUNDS, moved
 from controllers.multibody.motion_tasks import REGULARISATION
 from controllers.multibody.torque_kernel import Weights, weights_of
@@ -49,7 +50,7 @@ class Asked:
         self.weights: Weights = weights_of(self.figures)
         self.feet = tasks.FeetTask()
 
-    def motion(self, tick: Tick, rounds: int = ROUNDS) -> Motion:
+    def motion(self, tick: Tick, rounds: int = ROUNDS, exchanges: int = EXCHANGES) -> Motion:
         seen, command = tick
         self.terms.read(seen.configuration, seen.velocity)
         self.feet.aim(command)
@@ -58,7 +59,7 @@ class Asked:
         return Motion(
             *moved(
                 terms.mass, terms.jacobian, terms.bias, terms.q, terms.qd, *left, *right, terms.soles, terms.chains,
-                self.joints, self.cog.acceleration(seen, command), zmp, self.feet.rows, self.figures, rounds,
+                self.joints, self.cog.acceleration(seen, command), zmp, self.feet.rows, self.figures, rounds, exchanges,
             )
         )  # fmt: skip
 
@@ -205,6 +206,17 @@ def test_the_wrench_is_inside_the_soles_and_moves_the_base(asked: Asked, ticks: 
         # what held limits give way by, 1e-6 of what holding them does, is cut off
         np.testing.assert_allclose(floor, need, rtol=0, atol=1e-3)
     assert held > 10
+
+
+def test_an_exchange_that_does_not_end_is_not_an_answer(asked: Asked, ticks: list[Tick]) -> None:
+    given_up = 0
+    for tick in ticks[::3]:
+        motion, enough = asked.motion(tick, exchanges=1), asked.motion(tick)
+        assert enough.found
+        assert np.isfinite(motion.torque).all()
+        assert not motion.found or np.array_equal(motion.torque, enough.torque)
+        given_up += not motion.found
+    assert given_up > 10
 
 
 def test_in_the_air_the_floor_gives_nothing(asked: Asked, ticks: list[Tick]) -> None:
