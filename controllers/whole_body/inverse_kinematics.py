@@ -1,7 +1,7 @@
 """Whole-body layer by inverse kinematics of accelerations, in closed form, every tick from the measured state.
 
-The same is asked for as by the inverse dynamics. But nothing is searched for: the motion follows by weighted least
-squares, the floor's wrench from the motion, and what would pass a limit is held at it in a second solution.
+The same is asked for as by the inverse dynamics. The motion follows by weighted least squares, and the floor's wrench
+from the motion. What would pass a limit is held at it and the motion solved for again, up to `ROUNDS` times.
 """
 
 from __future__ import annotations
