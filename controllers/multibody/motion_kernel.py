@@ -141,7 +141,7 @@ def moved(
     free = -linear
     substitute(U, free)
 
-    limits = n + 2 * _SOLE_ROWS
+    limits = 2 * (n + _SOLE_ROWS)
     # What is held: rows of limits behind U'^-1, and by how much the free motion misses each.
     rows, lack = np.empty((6 + limits, size)), np.empty(6 + limits)
     held, active, count = np.zeros(limits, dtype=np.bool_), np.ones(6 + limits, dtype=np.bool_), 0
@@ -177,8 +177,10 @@ def moved(
 
         before = count
         for j in range(n):
-            if abs(torque[j]) > joints[j, 2] + KEPT and not held[j]:
-                held[j] = True
+            # either side on its own: holding others may drive a torque past the other side
+            which = j if torque[j] > 0.0 else n + j
+            if abs(torque[j]) > joints[j, 2] + KEPT and not held[which]:
+                held[which] = True
                 row, sign = rows[count], math.copysign(1.0, torque[j])
                 over = torque_row(j, mass, bias, base, local, shares, spring, row)
                 for k in range(size):
@@ -192,7 +194,7 @@ def moved(
             for limit in range(_SOLE_ROWS):
                 part, sign = parts[limit // 2], -1.0 if limit % 2 == 0 else 1.0
                 slack = half[part] * wrenches[side, 2] + sign * wrenches[side, part]
-                which = n + side * _SOLE_ROWS + limit
+                which = 2 * n + side * _SOLE_ROWS + limit
                 if slack < -KEPT and not held[which]:
                     held[which] = True
                     row, limited = rows[count], np.zeros((2, 6))
