@@ -70,6 +70,8 @@ def feed_forward(
         ROUNDS,
         EXCHANGES,
     )
+    # as `placo_model.friction_torque`; the tanh of compiled code differs from numpy's in the last bit of every fourth
+    # number, so one of the two in the other's place would change the bits of a layer
     for j in range(len(joints)):
         torque[j] += joints[j, 3] * qd[6 + j] + joints[j, 4] * math.tanh(qd[6 + j] / FRICTION_SPEED)
     return found, torque
