@@ -103,7 +103,8 @@ def factored(hessian: Array) -> Array:
             for j in range(i, size):
                 below[j] -= a * one[j] + b * other[j]
     if size % 2 == 1:
-        U[size - 1, size - 1] = math.sqrt(U[size - 1, size - 1])
+        pivot = U[size - 1, size - 1]
+        U[size - 1, size - 1] = math.sqrt(pivot) if pivot > 0.0 else math.nan
     return U
 
 

@@ -15,12 +15,14 @@ KEPT = 1e-6
 # A limit that is held may be missed by this much of what holding it does to it: without, limits that contradict each
 # other would have no answer.
 _GIVES_WAY = 1e-6
-# How often rows that are held are exchanged, and how often for naught before it is done one by one.
-_EXCHANGES, _PATIENCE = 60, 3
+EXCHANGES = 200
+"""How often rows that are held are exchanged before it is given up."""
+# How often they are for naught before it is done one by one.
+_PATIENCE = 3
 
 
 @compiled
-def hold(rows: Array, lack: Array, count: int, free: int, active: NDArray[np.bool_], z: Array) -> None:
+def hold(rows: Array, lack: Array, count: int, free: int, active: NDArray[np.bool_], z: Array, exchanges: int) -> bool:
     """Change z (m,) by as little as takes away what it lacks to keep the rows: row . z is to be `lack` more, or above.
 
     The multipliers of the rows are found by exchanging those of the wrong sign with rows that are not kept, all at a
@@ -32,6 +34,10 @@ def hold(rows: Array, lack: Array, count: int, free: int, active: NDArray[np.boo
         free: how many of them are kept from either side.
         active: which of them were held last time, and are now.
         z: what is changed.
+        exchanges: how often rows may be exchanged; `EXCHANGES`, but for a test.
+
+    Returns:
+        Whether the rows to hold were found; if not, z is left as it was.
     """
     gram = np.empty((count, count))
     for i in range(count):
@@ -40,7 +46,8 @@ def hold(rows: Array, lack: Array, count: int, free: int, active: NDArray[np.boo
         gram[i, i] *= 1.0 + _GIVES_WAY
     force, fewest, patience = np.zeros(count), count + 1, _PATIENCE
     at = np.empty(count, dtype=np.int64)
-    for _ in range(_EXCHANGES):
+    found = False
+    for _ in range(exchanges):
         size = 0
         for i in range(count):
             if active[i]:
@@ -63,6 +70,7 @@ def hold(rows: Array, lack: Array, count: int, free: int, active: NDArray[np.boo
                 wrong += 1
                 last = i
         if wrong == 0:
+            found = True
             break
         if wrong < fewest:
             fewest, patience = wrong, _PATIENCE
@@ -74,11 +82,15 @@ def hold(rows: Array, lack: Array, count: int, free: int, active: NDArray[np.boo
                 active[i] = active[i] != exchanged[i]
         else:
             active[last] = not active[last]
+    if not found:
+        # `force` is that of other rows than `active` says now
+        return False
     for i in range(count):
         if active[i]:
             row = rows[i]
             for j in range(len(z)):
                 z[j] += force[i] * row[j]
+    return True
 
 
 @compiled

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from controllers.compiled import compiled
 from controllers.multibody.elimination import factored, substitute, substitute_back
-from controllers.multibody.holding import KEPT, hold
+from controllers.multibody.holding import EXCHANGES, KEPT, hold
 from controllers.multibody.motion_tasks import asked
 from controllers.multibody.sharing import by_base, share_of_left, shared, wrench
 from controllers.multibody.sole_terms import sole_terms
@@ -68,7 +68,10 @@ def feed_forward(
         feet,
         figures,
         ROUNDS,
+        EXCHANGES,
     )
+    # as `placo_model.friction_torque`; the tanh of compiled code differs from numpy's in the last bit of every fourth
+    # number, so one of the two in the other's place would change the bits of a layer
     for j in range(len(joints)):
         torque[j] += joints[j, 3] * qd[6 + j] + joints[j, 4] * math.tanh(qd[6 + j] / FRICTION_SPEED)
     return found, torque
@@ -93,6 +96,7 @@ def moved(
     feet: Array,
     figures: Array,
     rounds: int,
+    exchanges: int,
 ) -> tuple[bool, Array, Array, Array, Array]:
     """Solve for the motion.
 
@@ -105,11 +109,12 @@ def moved(
         feet: (2, FOOT) what the soles are to do.
         figures: `Weights` of the tasks; those of torques and forces do not count here.
         rounds: how often limits may be held.
+        exchanges: how often what is held may be exchanged in each, see `hold`.
 
     Returns:
-        Whether there is an answer, of finite numbers; accelerations (6 + n,) of the base and the joints, in pinocchio's
-        order; wrenches (2, 6) of the soles in their frames [N, N m], inside their limits; joint torques (n,) within
-        theirs [N m]; shares (2,) of the soles.
+        Whether there is an answer: finite numbers, and what to hold was found; accelerations (6 + n,) of the base and
+        the joints, in pinocchio's order; wrenches (2, 6) of the soles in their frames [N, N m], inside their limits;
+        joint torques (n,) within theirs [N m]; shares (2,) of the soles.
     """
     weights = weights_of(figures)
     n = len(joints)
@@ -138,7 +143,7 @@ def moved(
     free = -linear
     substitute(U, free)
 
-    limits = n + 2 * _SOLE_ROWS
+    limits = 2 * (n + _SOLE_ROWS)
     # What is held: rows of limits behind U'^-1, and by how much the free motion misses each.
     rows, lack = np.empty((6 + limits, size)), np.empty(6 + limits)
     held, active, count = np.zeros(limits, dtype=np.bool_), np.ones(6 + limits, dtype=np.bool_), 0
@@ -155,10 +160,11 @@ def moved(
     # parts of a sole's wrench that the force upwards limits, and by how much of it
     parts = (0, 1, 3, 4)
     half = np.array([weights.friction, weights.friction, 0.0, weights.half_width, weights.half_length])
+    found = True
     for solve in range(rounds + 1):
         x[:] = free
         if count > 0:
-            hold(rows, lack, count, fixed, active, x)
+            found = hold(rows, lack, count, fixed, active, x, exchanges)
         substitute_back(U, x)
         for i in range(6):
             total = bias[i]
@@ -168,13 +174,15 @@ def moved(
         if stands:
             wrench(local, shares, spring, need, wrenches)
         torques(mass, bias, local, shares, wrenches, x, torque)
-        if solve == rounds:
+        if solve == rounds or not found:
             break
 
         before = count
         for j in range(n):
-            if abs(torque[j]) > joints[j, 2] + KEPT and not held[j]:
-                held[j] = True
+            # either side on its own: holding others may drive a torque past the other side
+            which = j if torque[j] > 0.0 else n + j
+            if abs(torque[j]) > joints[j, 2] + KEPT and not held[which]:
+                held[which] = True
                 row, sign = rows[count], math.copysign(1.0, torque[j])
                 over = torque_row(j, mass, bias, base, local, shares, spring, row)
                 for k in range(size):
@@ -188,7 +196,7 @@ def moved(
             for limit in range(_SOLE_ROWS):
                 part, sign = parts[limit // 2], -1.0 if limit % 2 == 0 else 1.0
                 slack = half[part] * wrenches[side, 2] + sign * wrenches[side, part]
-                which = n + side * _SOLE_ROWS + limit
+                which = 2 * n + side * _SOLE_ROWS + limit
                 if slack < -KEPT and not held[which]:
                     held[which] = True
                     row, limited = rows[count], np.zeros((2, 6))
@@ -205,7 +213,6 @@ def moved(
         # what is held gives way a little; the rest is cut off
         cut(wrenches, half)
         torques(mass, bias, local, shares, wrenches, x, torque)
-    found = True
     for j in range(n):
         most = joints[j, 2]
         # so that NaN is not taken for an answer

@@ -32,7 +32,8 @@ def share_of_left(
 
     The ZMP is a point on the line between the soles' middles, and an offset by which the centre of pressure of either
     sole is off its middle. Of all such points that is taken whose offset is smallest, measured in the soles' sizes, and
-    inside the soles if there is one. Between parallel soles there is, for any ZMP in their convex hull.
+    inside the soles if there is one. Between parallel soles there is, for any ZMP in their convex hull. Sizes are along
+    the mean heading of the soles, or the left one's if theirs are opposite; soles at one place bear half each.
 
     Args:
         left, right: (3,) middles of the soles [m].
@@ -42,11 +43,16 @@ def share_of_left(
     """
     cos, sin = left_rotation[0, 0] + right_rotation[0, 0], left_rotation[1, 0] + right_rotation[1, 0]
     norm = math.sqrt(cos * cos + sin * sin)
-    cos, sin = cos / norm, sin / norm
+    if norm < _PARALLEL:
+        cos, sin = left_rotation[0, 0], left_rotation[1, 0]
+        norm = math.sqrt(cos * cos + sin * sin)
+    if norm > 0.0:
+        cos, sin = cos / norm, sin / norm
     dx, dy, ex, ey = left[0] - right[0], left[1] - right[1], zmp[0] - right[0], zmp[1] - right[1]
     along, across = (cos * dx + sin * dy) / half_length, (cos * dy - sin * dx) / half_width
     u, v = (cos * ex + sin * ey) / half_length, (cos * ey - sin * ex) / half_width
-    share = (u * along + v * across) / (along * along + across * across)
+    apart = along * along + across * across
+    share = (u * along + v * across) / apart if apart != 0.0 else 0.5
     low, high = 0.0, 1.0
     for offset, step in ((u, along), (v, across)):
         if abs(step) > _PARALLEL:

@@ -1,4 +1,4 @@
-"""What a sole adds to the QP of the inverse dynamics: its Jacobian, and the acceleration that it lacks."""
+"""What a sole adds to what `dynamics` and `ik` solve: its Jacobian, and the acceleration that it lacks."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Whole-body layer by inverse kinematics of accelerations, in closed form, every tick from the measured state.
 
-The same is asked for as by the inverse dynamics. But nothing is searched for: the motion follows by weighted least
-squares, the floor's wrench from the motion, and what would pass a limit is held at it in a second solution.
+The same is asked for as by the inverse dynamics. The motion follows by weighted least squares, and the floor's wrench
+from the motion. What would pass a limit is held at it and the motion solved for again, up to `ROUNDS` times.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class IkWholeBody:
         self._torque = np.zeros(len(self._robot.joint_names))
 
     def targets(self, observation: Observation, command: BalanceCommand) -> JointTargets:
-        """See `WholeBodyLayer.targets`. A motion that is not finite keeps the last torque and says so."""
+        """See `WholeBodyLayer.targets`. Without an answer it keeps the last torque and says so."""
         terms, feet = self._terms, self._feet
         terms.read(observation.configuration, observation.velocity)
         feet.aim(command)

@@ -87,6 +87,7 @@ def body_tasks(solver: Any, robot: Robot, *, cog: float, trunk: float, posture: 
 
 def friction_torque(robot: Robot, speed: Array) -> Array:
     """Torque (n,) that overcomes the joints' friction at a speed (n,) [rad/s]; dry friction fades in with it."""
+    # `motion_kernel.feed_forward` has its own copy, and says why
     torque: Array = robot.joint_damping * speed + robot.joint_friction * np.tanh(speed / FRICTION_SPEED)
     return torque
 

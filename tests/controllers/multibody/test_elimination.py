@@ -69,3 +69,17 @@ def test_a_factor_is_cholesky_s_and_divides(rng: np.random.Generator, size: int)
     np.testing.assert_allclose(x, np.linalg.solve(U.T, right), rtol=0, atol=ROUNDING)
     substitute_back(U, x)
     np.testing.assert_allclose(x, np.linalg.solve(hessian, right), rtol=0, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("size", range(1, 6))
+@pytest.mark.parametrize("pivot", [0.0, -1.0])
+def test_a_factor_without_a_positive_pivot_is_not_a_number(size: int, pivot: float) -> None:
+    for at in range(size):
+        diagonal = np.ones(size)
+        diagonal[at] = pivot
+        x = np.ones(size)
+        U = factored(np.diag(diagonal))
+        assert np.isnan(U[at, at])
+        substitute(U, x)
+        substitute_back(U, x)
+        assert np.isnan(x[at])

@@ -42,6 +42,28 @@ def test_on_a_sole_or_beyond_it_bears_all() -> None:
     assert share(left, right, np.array([0.0, -0.03])) == pytest.approx(0.25)
 
 
+def test_soles_at_one_place_bear_half_each() -> None:
+    place = np.array([0.1, -0.2, 0.0])
+    assert share(place, place, np.array([0.12, -0.2])) == 0.5
+    assert share(place, place, np.array([3.0, 0.0])) == 0.5
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7, -2.0])
+def test_soles_of_opposite_headings_share_by_the_left_one_s(yaw: float) -> None:
+    R = turn(np.array([0.0, 0.0, yaw]))
+    left, right, zmp = (R @ [x, y, 0.0] for x, y in ((0.03, 0.06), (0.0, -0.06), (0.01, 0.01)))
+    # turned by half a turn to the last bit, and to rounding
+    for other in (R @ np.diag([-1.0, -1.0, 1.0]), turn(np.array([0.0, 0.0, yaw + np.pi]))):
+        found = share_of_left(left, right, R, other, tuple(zmp[:2].tolist()), HALF_LENGTH, HALF_WIDTH)
+        assert found == pytest.approx(share(left, right, zmp[:2], yaw), abs=ROUNDING)
+
+
+def test_soles_on_end_without_a_heading_bear_half_each() -> None:
+    upright = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    left, right = np.array([0.0, 0.06, 0.0]), np.array([0.0, -0.06, 0.0])
+    assert share_of_left(left, right, upright, upright, (0.0, 0.05), HALF_LENGTH, HALF_WIDTH) == 0.5
+
+
 @pytest.fixture
 def soles() -> np.ndarray:
     """Jacobians (2, 6, 6) of level soles at two places, in the frame of the base."""
