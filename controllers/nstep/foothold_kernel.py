@@ -43,6 +43,7 @@ def landed(
     offsets: Array,
     dcm_x: float,
     dcm_y: float,
+    more: bool,
     low: float,
     high: float,
     x: float,
@@ -57,7 +58,8 @@ def landed(
     Args:
         normals, offsets: (J, 2), (J,) of that set, seen from lam times the foothold.
         dcm_x, dcm_y: DCM at landing, seen from the stance foot [m].
-        low, high: limits of lam; alike if steps follow.
+        more: whether steps follow; lam is 1 then.
+        low, high: limits of lam if not.
         x, y: y = lam p of the program's optimum [m].
         most: its slack [m].
         ample: whether there are other y with that slack.
@@ -65,7 +67,6 @@ def landed(
         wanted: (2,).
     """
     room = offsets - np.dot(normals, np.array([dcm_x, dcm_y]))
-    more = low == high
     if not more:
         x, y = last_foothold(normals, room - most, low, high, x, y, box, wanted, ample)
     x, y = min(max(x, box[0]), box[2]), min(max(y, box[1]), box[3])
