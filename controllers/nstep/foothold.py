@@ -116,8 +116,8 @@ def choose_foothold(
     shift_x, shift_y = pull * zx, pull * zy
     landing = free_x - moved * shift_x, free_y - moved * shift_y
     ample = most >= margin - SAME
-    go_on, weights = steps > 1, tables.weights
-    px, py, slack = landed(normals, offsets, *landing, go_on, *weights, px, py, most, ample, flat(box), wanted)
+    low, high = tables.weights
+    px, py, slack = landed(normals, offsets, *landing, steps > 1, low, high, px, py, most, ample, flat(box), wanted)
     return Foothold(
         position=np.array((px, py)),
         zmp=np.array((zx, zy)),
