@@ -242,7 +242,7 @@ def test_ctrl_c_in_figures_leaves_none(here: Path) -> None:
         run.wait(0.3)
     run.send_signal(signal.SIGINT)
     assert run.communicate(timeout=60)[1].strip() == "okiagari: stopped; nothing was written"
-    # Python ends by the signal itself if that struck within an `exec` of words, as numba has; a shell says 130 of either.
+    # Python ends by the signal itself if that struck within an `exec` of words, as numba has: 130 for a shell, too.
     assert run.returncode in (130, -signal.SIGINT)
     assert not (here / "pictures").exists()
 
