@@ -98,8 +98,8 @@ class InvariantEkf:
         self._observer.reset()
         self._sent.clear()
         self._taken, self._seen = observation.time, False
-        self._force = {side: observation.feet[side].force for side in SIDES}
-        self._forces, self._centres = np.array(list(self._force.values())), np.full((2, 2), math.nan)
+        self._forces = np.array([observation.feet[side].force for side in SIDES])
+        self._centres = np.full((2, 2), math.nan)
         self._first = observation
 
     def estimate(self, readings: Sequence[Reading], targets: JointTargets | None, time: float) -> Observation:
@@ -133,7 +133,7 @@ class InvariantEkf:
                 self._angles = reading.joint_position
             self._filter.predict(reading.gyro, reading.accelerometer, dt)
             self._taken = reading.taken
-        self._seen, self._force = True, reading.force
+        self._seen = True
         for index, side in enumerate(SIDES):
             self._forces[index], self._centres[index] = reading.force[side], reading.cop[side]
         soles = self._body.by_joints(self._joints.position, self._joints.velocity)
@@ -157,7 +157,8 @@ class InvariantEkf:
             acceleration,
         )
         configuration[7:], velocity[6:] = joints.position, joints.velocity
-        loaded = frozenset(side for side in SIDES if self._force[side] >= self._load)
+        forces = self._forces.tolist()
+        loaded = frozenset(side for side, force in zip(SIDES, forces, strict=True) if force >= self._load)
         return BodyState(
             configuration=configuration, velocity=velocity, acceleration=acceleration, loaded=loaded, push=np.zeros(3)
         )
@@ -190,7 +191,7 @@ class InvariantEkf:
         body.place(configuration, velocity)
         zmp, _ = self._zmp()
         feet = {
-            side: FootState(position=body.sole_places[i].copy(), yaw=body.yaw(i), force=self._force[side])
+            side: FootState(position=body.sole_places[i].copy(), yaw=body.yaw(i), force=float(self._forces[i]))
             for i, side in enumerate(SIDES)
         }
         return Observation(
