@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pinocchio
 from numpy.typing import NDArray
@@ -30,6 +32,8 @@ TORQUE_WEIGHT = 1e-4
 # The solver's soles are a little smaller than the real ones, so that what it plans does not tip them.
 SOLE_MARGIN = 0.005
 FRICTION = 0.7
+# A COG over feet far apart is lowered so that the legs still bend, but by no more than this, by a robot of scale 1 [m].
+MOST_LOWERED = 0.05
 
 
 def slowed(gains: tuple[float, float], robot: Robot) -> tuple[float, float]:
@@ -121,16 +125,38 @@ class CogTask:
         self._drag = ServoDrag(robot, model, dt)
         self._omega_squared, self._height = robot.omega**2, robot.cog_height
         self._height_gains = slowed((HEIGHT_STIFFNESS, HEIGHT_DAMPING), robot)
+        # A leg that is straight neither lengthens nor pushes: the feet lose hold, spin and slide apart. Half of the
+        # bend that the legs have in the stand is kept.
+        self._hip_height = math.sqrt(robot.leg_length**2 - robot.hip_reach**2)
+        self._longest = 0.5 * (robot.leg_length + self._hip_height)
+        self._hip_offset = 0.5 * robot.stance_width
+        self._most_lowered = MOST_LOWERED * robot.scale.length
 
     def acceleration(self, observation: Observation, command: BalanceCommand) -> tuple[float, float, float]:
-        """By the pendulum (1) with the ZMP of the command, and back to the height of the stand [m/s^2]."""
+        """By the pendulum (1) with the ZMP of the command; up or down to where the legs reach [m/s^2]."""
         cx, cy, cz = observation.cog.tolist()
         zx, zy = command.zmp.tolist()
         vz = float(observation.cog_velocity[2])
         w2, feet = self._omega_squared, command.feet
         stiffness, damping = self._height_gains
-        x, y = w2 * (cx - zx), w2 * (cy - zy)
+        x, y, height = w2 * (cx - zx), w2 * (cy - zy), self._height
         if feet["left"].stance and feet["right"].stance:
             more_x, more_y = self._drag.made_up(observation.cog_velocity)
-            x, y = x + more_x, y + more_y
-        return x, y, stiffness * (self._height - cz) - damping * vz
+            x, y, height = x + more_x, y + more_y, height - self.lowered(observation)
+        return x, y, stiffness * (height - cz) - damping * vz
+
+    def lowered(self, observation: Observation) -> float:
+        """By how much the COG is to be lower than in the stand, so that both legs reach the floor bent [m].
+
+        The hips are taken to be beside the COG, on the line of the feet, as far as they are in the stand.
+        """
+        cx, cy, _ = observation.cog.tolist()
+        lx, ly, _ = observation.feet["left"].position.tolist()
+        rx, ry, _ = observation.feet["right"].position.tolist()
+        dx, dy = lx - rx, ly - ry
+        apart = math.hypot(dx, dy)
+        share = self._hip_offset / apart if apart > 0.0 else 0.0
+        hx, hy = share * dx, share * dy
+        farther = max(math.hypot(lx - hx - cx, ly - hy - cy), math.hypot(rx + hx - cx, ry + hy - cy))
+        reached = math.sqrt(max(self._longest**2 - farther**2, 0.0))
+        return min(max(self._hip_height - reached, 0.0), self._most_lowered)
