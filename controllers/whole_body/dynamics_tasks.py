@@ -148,7 +148,7 @@ class CogTask:
     def lowered(self, observation: Observation) -> float:
         """By how much the COG is to be lower than in the stand, so that both legs reach the floor bent [m].
 
-        The hips are taken to be beside the COG, on the line of the feet, as far as they are in the stand.
+        The hips are taken to be beside the COG, on the line of the feet, as far apart as the soles are in the stand.
         """
         cx, cy, _ = observation.cog.tolist()
         lx, ly, _ = observation.feet["left"].position.tolist()

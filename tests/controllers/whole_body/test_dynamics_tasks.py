@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from controllers.interface import Observation
 from controllers.whole_body.dynamics_tasks import MOST_LOWERED, CogTask
 from controllers.whole_body.placo_model import PlacoModel
-from models.robot import Robot, load_robot
+from models.robot import load_robot
 from scenarios.catalogue import load
 from sim.episode.episode import run_episode
 from sim.episode.humanoid_world import HumanoidWorld
@@ -37,10 +37,10 @@ def over(apart: float, turn: float = 0.0, middle: tuple[float, float] = (0.0, 0.
     return replace(STAND, feet=feet, cog=centre + height + aside * along)
 
 
-def leg(robot: Robot, apart: float, lowered: float) -> float:
+def leg(apart: float, lowered: float) -> float:
     """Length of either leg with the COG in the middle [m]."""
-    standing = math.sqrt(robot.leg_length**2 - robot.hip_reach**2)
-    return math.hypot(0.5 * (apart - robot.stance_width), standing - lowered)
+    standing = math.sqrt(ROBOT.leg_length**2 - ROBOT.hip_reach**2)
+    return math.hypot(0.5 * (apart - ROBOT.stance_width), standing - lowered)
 
 
 def test_it_stands_as_high_as_ever_on_feet_side_by_side() -> None:
@@ -49,11 +49,11 @@ def test_it_stands_as_high_as_ever_on_feet_side_by_side() -> None:
 
 
 def test_legs_of_a_wide_stance_keep_half_of_their_bend() -> None:
-    standing, straight = leg(ROBOT, ROBOT.stance_width, 0.0), ROBOT.leg_length
+    standing, straight = leg(ROBOT.stance_width, 0.0), ROBOT.leg_length
     for apart in (0.32, 0.36, 0.38):
         lowered = TASK.lowered(over(apart))
         assert 0.0 < lowered < MOST_LOWERED
-        assert leg(ROBOT, apart, lowered) == pytest.approx(0.5 * (standing + straight), abs=ROUNDING)
+        assert leg(apart, lowered) == pytest.approx(0.5 * (standing + straight), abs=ROUNDING)
 
 
 def test_it_does_not_sink_to_the_floor() -> None:
