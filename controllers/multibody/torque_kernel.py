@@ -44,10 +44,10 @@ class Weights(NamedTuple):
     Attributes:
         mass: of the body [kg].
         gravity: [m/s^2].
-        cog, orientation, trunk, posture, torque, force, tangential, moment: weights of the squares of accelerations of
-            the COG [m/s^2], of the soles' and the trunk's turning [rad/s^2] and of the joints beside the legs
-            [rad/s^2]; of the joints' torques [N m]; of a sole's force, of its part along y and z [N] and of its
-            moments [N m].
+        cog, orientation, trunk, posture, torque, force, tangential, moment, yaw_moment: weights of the squares of
+            accelerations of the COG [m/s^2], of the soles' and the trunk's turning [rad/s^2] and of the joints beside
+            the legs [rad/s^2]; of the joints' torques [N m]; of a sole's force, of its part along y and z [N], of its
+            moments, and on top of it of that about the vertical of a sole that stands alone [N m].
         trunk_stiffness, trunk_damping, posture_stiffness, posture_damping: [1/s^2] and [1/s].
         half_length, half_width: of a sole [m].
         friction: coefficient.
@@ -67,6 +67,7 @@ class Weights(NamedTuple):
     force: float
     tangential: float
     moment: float
+    yaw_moment: float
     half_length: float
     half_width: float
     friction: float
@@ -74,10 +75,27 @@ class Weights(NamedTuple):
 
 @compiled
 def weights_of(figures: Array) -> Weights:
-    """Name figures (17,): they are handed over as an array, which costs 2 us less than a tuple."""
+    """Name figures (18,): they are handed over as an array, which costs 2 us less than a tuple."""
     a = figures
     return Weights(
-        a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9], a[10], a[11], a[12], a[13], a[14], a[15], a[16]
+        a[0],
+        a[1],
+        a[2],
+        a[3],
+        a[4],
+        a[5],
+        a[6],
+        a[7],
+        a[8],
+        a[9],
+        a[10],
+        a[11],
+        a[12],
+        a[13],
+        a[14],
+        a[15],
+        a[16],
+        a[17],
     )
 
 
@@ -229,6 +247,8 @@ def assembled(
             # what placo takes for the part along the sole is y and z
             hessian[column + k, column + k] += weights.force + (weights.tangential if k > 0 else 0.0)
             hessian[column + 3 + k, column + 3 + k] += weights.moment
+    if standing == 1:
+        hessian[n + 5, n + 5] += weights.yaw_moment
     for i in range(size):
         hessian[i, i] += _REGULARISATION
         for j in range(i):

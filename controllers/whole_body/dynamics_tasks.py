@@ -17,8 +17,8 @@ from models.robot import Robot
 Array = NDArray[np.float64]
 
 # Weights of the soft tasks, and stiffness [1/s^2] and damping [1/s] of each; those of height, trunk and posture are of
-# a robot of scale 1.
-COG_WEIGHT, STANCE_WEIGHT, TRUNK_WEIGHT, POSTURE_WEIGHT = 10.0, 50.0, 1.0, 1e-2
+# a robot of scale 1. The posture's is small: the arms swing against the legs and take their turn about the vertical.
+COG_WEIGHT, STANCE_WEIGHT, TRUNK_WEIGHT, POSTURE_WEIGHT = 10.0, 50.0, 1.0, 3e-4
 # A quick step asks for more than the motors have. The way of the swing foot gives way before the COG and the trunk do.
 SWING_WEIGHT = 10.0
 HEIGHT_STIFFNESS, HEIGHT_DAMPING = 200.0, 28.0
@@ -29,10 +29,15 @@ TRUNK_GAINS, POSTURE_GAINS = (100.0, 20.0), (100.0, 20.0)
 # sole's frame), its moments; the joints' torques.
 FORCE_WEIGHT, TANGENTIAL_WEIGHT, MOMENT_WEIGHT = 1e-4, 1e-4, 1e-2
 TORQUE_WEIGHT = 1e-4
+# A sole that stands alone, on its edge, holds hardly any moment about the vertical: asked for one by a quick swing, it
+# spins by a radian, and the leg with it. The moment is dear, then, by a robot of scale 1 [1/(N m)^2]; ten times as dear
+# it slows the swing, and steps backwards come too short. The limit of friction itself in the QP did so as well.
+YAW_MOMENT_WEIGHT = 140.0
 # The solver's soles are a little smaller than the real ones, so that what it plans does not tip them.
 SOLE_MARGIN = 0.005
 FRICTION = 0.7
-# A COG over feet far apart is lowered so that the legs still bend, but by no more than this, by a robot of scale 1 [m].
+# A COG off the middle of the feet, or over feet far apart, is lowered so that the legs bend as in the stand, but by no
+# more than this, by a robot of scale 1 [m].
 MOST_LOWERED = 0.05
 
 
@@ -74,6 +79,7 @@ def weights(robot: Robot, model: pinocchio.Model) -> Array:
         force=FORCE_WEIGHT,
         tangential=TANGENTIAL_WEIGHT,
         moment=MOMENT_WEIGHT,
+        yaw_moment=YAW_MOMENT_WEIGHT / (robot.scale.force * robot.scale.length) ** 2,
         half_length=0.5 * length,
         half_width=0.5 * width,
         friction=FRICTION,
@@ -125,10 +131,9 @@ class CogTask:
         self._drag = ServoDrag(robot, model, dt)
         self._omega_squared, self._height = robot.omega**2, robot.cog_height
         self._height_gains = slowed((HEIGHT_STIFFNESS, HEIGHT_DAMPING), robot)
-        # A leg that is straight neither lengthens nor pushes: the feet lose hold, spin and slide apart. Half of the
-        # bend that the legs have in the stand is kept.
+        # A leg that is straight neither lengthens nor pushes: the feet lose hold, spin and slide apart. None becomes
+        # longer than in the stand.
         self._hip_height = math.sqrt(robot.leg_length**2 - robot.hip_reach**2)
-        self._longest = 0.5 * (robot.leg_length + self._hip_height)
         self._hip_offset = 0.5 * robot.stance_width
         self._most_lowered = MOST_LOWERED * robot.scale.length
 
@@ -146,7 +151,7 @@ class CogTask:
         return x, y, stiffness * (height - cz) - damping * vz
 
     def lowered(self, observation: Observation) -> float:
-        """By how much the COG is to be lower than in the stand, so that both legs reach the floor bent [m].
+        """By how much the COG is to be lower than in the stand, so that neither leg is longer [m].
 
         The hips are taken to be beside the COG, on the line of the feet, as far apart as the soles are in the stand.
         """
@@ -158,5 +163,5 @@ class CogTask:
         share = self._hip_offset / apart if apart > 0.0 else 0.0
         hx, hy = share * dx, share * dy
         farther = max(math.hypot(lx - hx - cx, ly - hy - cy), math.hypot(rx + hx - cx, ry + hy - cy))
-        reached = math.sqrt(max(self._longest**2 - farther**2, 0.0))
-        return min(max(self._hip_height - reached, 0.0), self._most_lowered)
+        reached = math.sqrt(max(self._hip_height**2 - farther**2, 0.0))
+        return min(self._hip_height - reached, self._most_lowered)

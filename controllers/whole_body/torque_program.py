@@ -1,4 +1,7 @@
-"""The QP of the inverse dynamics, assembled and solved by ourselves: placo's, at less than half of its cost."""
+"""The QP of the inverse dynamics, assembled and solved by ourselves, at less than half of placo's cost.
+
+It is placo's, and a weight on the moment about the vertical of a sole that stands alone, which placo has no place for.
+"""
 
 from __future__ import annotations
 
