@@ -1,7 +1,8 @@
 """Whole-body layer by inverse kinematics of accelerations, in closed form, every tick from the measured state.
 
 The same is asked for as by the inverse dynamics. The motion follows by weighted least squares, and the floor's wrench
-from the motion. What would pass a limit is held at it and the motion solved for again, up to `ROUNDS` times.
+from the motion. What would pass a limit is held at it and the motion solved for again, up to `ROUNDS` times. Forces and
+moments have no price here, so that a sole on its edge spins where the inverse dynamics spares it.
 """
 
 from __future__ import annotations

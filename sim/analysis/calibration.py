@@ -1,7 +1,8 @@
 """How likely a push is recovered from, by the slacks at its end: fitted to a sweep, kept in a small file, and asked.
 
 The logarithm of the odds is linear in the slack of steps and in that of standing [cm]. A slack that could not be asked,
-as that of standing is while a foot is in the air, counts as 0, the rim of its set.
+as that of standing is while a foot is in the air, counts as 0, the rim of its set. More slack cannot make recovery less
+likely: a slack that a few odd pushes make it seem so of says nothing, and is left out.
 """
 
 from __future__ import annotations
@@ -138,7 +139,8 @@ def calibrate(folder: Path, *, anyway: bool = False) -> Calibration:
         anyway: whether it may be one that is not for tuning.
 
     Raises:
-        InputError: if it is not finished or not for tuning, or no controller has both outcomes and a slack that varies.
+        InputError: if it is not finished or not for tuning, or no controller has both outcomes and a slack that speaks
+            for recovery.
     """
     rows, sweep = load_rows(folder), read_sweep(folder)
     if not is_finished(rows, sweep):
@@ -155,7 +157,7 @@ def calibrate(folder: Path, *, anyway: bool = False) -> Calibration:
     models = tuple(model for model in found if model is not None)
     if not models:
         raise InputError(
-            f"{str(folder)!r}: no controller both recovered and was lost, with a slack that varies; nothing to fit"
+            f"{str(folder)!r}: no controller both recovered and was lost, the more often the less slack it had; nothing to fit"
         )
     return Calibration(
         suite=str(sweep["name"]),
@@ -277,9 +279,16 @@ def _fit(who: Mapping[str, Any], frame: pd.DataFrame, sweep: Mapping[str, Any]) 
     terms = tuple(name for name in _TERMS if slacks[name].fillna(0.0).nunique() > 1)
     if not terms or len(set(well)) < 2:
         return None
-    design = np.column_stack([np.ones(len(slacks)), slacks[[*terms]].fillna(0.0)])
-    ridge = RIDGE if is_parted(design, well) else 0.0
-    coefficients, covariance = fit_logistic(design, well, ridge)
+    while True:
+        design = np.column_stack([np.ones(len(slacks)), slacks[[*terms]].fillna(0.0)])
+        ridge = RIDGE if is_parted(design, well) else 0.0
+        coefficients, covariance = fit_logistic(design, well, ridge)
+        slopes = coefficients[1:]
+        if slopes.min() >= 0.0:
+            break
+        if len(terms) == 1:
+            return None
+        terms = tuple(name for name, slope in zip(terms, slopes, strict=True) if slope > slopes.min())
     return Model(
         robot=who["robot"],
         robot_hash=str((sweep.get("robots") or {}).get(who["robot"])),

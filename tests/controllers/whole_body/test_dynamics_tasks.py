@@ -44,16 +44,16 @@ def leg(apart: float, lowered: float) -> float:
 
 
 def test_it_stands_as_high_as_ever_on_feet_side_by_side() -> None:
-    assert TASK.lowered(STAND) == 0.0
-    assert TASK.lowered(over(0.25)) == 0.0
+    assert TASK.lowered(over(ROBOT.stance_width)) == pytest.approx(0.0, abs=ROUNDING)
+    # In the stand itself the COG is some tenths of a millimetre beside the middle of the feet.
+    assert TASK.lowered(STAND) < 1e-5
 
 
-def test_legs_of_a_wide_stance_keep_half_of_their_bend() -> None:
-    standing, straight = leg(ROBOT.stance_width, 0.0), ROBOT.leg_length
-    for apart in (0.32, 0.36, 0.38):
+def test_legs_of_a_wide_stance_are_as_long_as_in_the_stand() -> None:
+    for apart in (0.2, 0.25, 0.3, 0.35):
         lowered = TASK.lowered(over(apart))
         assert 0.0 < lowered < MOST_LOWERED
-        assert leg(apart, lowered) == pytest.approx(0.5 * (standing + straight), abs=ROUNDING)
+        assert leg(apart, lowered) == pytest.approx(leg(ROBOT.stance_width, 0.0), abs=ROUNDING)
 
 
 def test_it_does_not_sink_to_the_floor() -> None:

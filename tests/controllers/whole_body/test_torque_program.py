@@ -108,3 +108,28 @@ def test_placo_is_asked_where_it_finds_no_answer(
     assert not targets.solver_failed
     # Placo's answer in the episode itself; it keeps nothing that counts, but for rounding.
     assert targets.torque == pytest.approx(tick.targets.torque, abs=1e-9)
+
+
+def test_a_sole_that_stands_alone_is_asked_for_little_moment_about_the_vertical(
+    robot: Robot, ticks: list[Tick], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solve = daqp.solve
+
+    def moments(weight: float) -> Array:
+        found: list[float] = []
+
+        def watched(*problem: Any, **settings: Any) -> Any:
+            answer = solve(*problem, **settings)
+            found.append(abs(answer[0][-1]))  # the last of one sole's wrench
+            return answer
+
+        monkeypatch.setattr(dynamics_tasks, "YAW_MOMENT_WEIGHT", weight)
+        layer = DynamicsWholeBody(robot, 0.002, DynamicsOptions())
+        monkeypatch.setattr("controllers.whole_body.torque_program.daqp.solve", watched)
+        torques(layer, [tick for tick in ticks if not tick.stands])
+        return np.array(found)
+
+    dear, free = moments(dynamics_tasks.YAW_MOMENT_WEIGHT), moments(0.0)
+    assert len(dear) == len(free) > 50
+    # [N m]: medians of 0.08 and 0.84 were found
+    assert np.median(dear) < 0.25 * np.median(free)

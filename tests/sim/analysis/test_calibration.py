@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from models.errors import InputError
 from sim.analysis.calibration import calibrate, probabilities
 from sim.analysis.prediction_score import prediction_score
 from sim.analysis.statistics import fit_logistic, is_parted
@@ -43,6 +44,27 @@ def test_outcomes_that_a_slack_parts_need_the_ridge(tmp_path: Path) -> None:
     assert 0.5 < model.probability(np.array([[1.0, 0.5]]))[0] < 1.0
     mixed = [*rows, pushed(-0.03, None, well=True, number=30)]
     assert calibrate(folder_of(tmp_path / "mixed", mixed, **TUNING)).models[0].ridge == 0.0
+
+
+def test_a_slack_that_speaks_against_recovery_is_left_out(tmp_path: Path) -> None:
+    rows = drawn(400, 3)
+    (model,) = calibrate(folder_of(tmp_path / "sound", rows, **TUNING)).models
+    assert model.terms == ("stepping", "standing")
+    # Of pushes that end on both feet all are recovered but some of the most slack.
+    odd = [
+        {**one, "outcome": "fell" if (one["regulator_slack_end"] or 0.0) > 0.03 else "recovered"}
+        for one in rows
+        if one["regulator_slack_end"] is not None
+    ]
+    (model,) = calibrate(folder_of(tmp_path / "odd", [*drawn(400, 3)[1::2], *odd], **TUNING)).models
+    assert model.terms == ("stepping",)
+    assert model.coefficients[1] > 0.0
+
+
+def test_a_controller_whose_every_slack_speaks_against_recovery_has_no_law(tmp_path: Path) -> None:
+    rows = [pushed(0.01 * (i - 9.5), None, well=i < 10 or i == 15, number=i) for i in range(20)]
+    with pytest.raises(InputError, match="the more often the less slack"):
+        calibrate(folder_of(tmp_path / "against", rows, **TUNING))
 
 
 def test_a_touching_plane_parts_too() -> None:
