@@ -157,7 +157,8 @@ def calibrate(folder: Path, *, anyway: bool = False) -> Calibration:
     models = tuple(model for model in found if model is not None)
     if not models:
         raise InputError(
-            f"{str(folder)!r}: no controller both recovered and was lost, the more often the less slack it had; nothing to fit"
+            f"{str(folder)!r}: no controller both recovered and was lost, the more often the less slack it had; nothing "
+            "to fit"
         )
     return Calibration(
         suite=str(sweep["name"]),
