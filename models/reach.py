@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import mujoco
 import numpy as np
@@ -11,7 +11,9 @@ import numpy as np
 _SWEEPS = 60
 _DIGITS = 9
 _ALONG = 0.6
-"""Part of an axis along x from which a hinge counts as one of roll."""
+"""Part of an axis along x from which a hinge counts as one of roll; along y, as one that swings forward and back."""
+_LIGHT = 0.2
+"""A limb is lighter than this share of the body."""
 
 
 def straight_leg(model: mujoco.MjModel, hinges: Sequence[int]) -> float:
@@ -89,3 +91,20 @@ def outward_roll(model: mujoco.MjModel, data: mujoco.MjData, hinges: Sequence[in
         low, high = model.jnt_range[j] - data.qpos[model.jnt_qposadr[j]]
         room.append(float(high if turn * data.xaxis[j][0] > 0.0 else -low))
     return min(room, default=0.0)
+
+
+def limb_swings(model: mujoco.MjModel, data: mujoco.MjData, legs: Collection[int]) -> list[int]:
+    """The hinges that swing a limb which is no leg forward and back: of arms and head, not of the waist.
+
+    Args:
+        model, data: of the robot in its stand, after `mj_forward`.
+        legs: bodies of the legs.
+    """
+    light = _LIGHT * model.body_subtreemass[1]
+    return [
+        joint
+        for joint in range(1, model.njnt)
+        if abs(data.xaxis[joint][1]) > _ALONG
+        and model.body_subtreemass[model.jnt_bodyid[joint]] < light
+        and model.jnt_bodyid[joint] not in legs
+    ]

@@ -22,7 +22,7 @@ from models.conventions import STAND as STAND
 from models.conventions import check_conventions, check_names, leg_chain, turn_of
 from models.errors import InputError, one_line
 from models.flat import fingerprint, flat_mjcf
-from models.reach import inertia_about, outward_roll, straight_leg, swinging_hinges
+from models.reach import inertia_about, limb_swings, outward_roll, straight_leg, swinging_hinges
 from models.scale import Scale, scale_of
 from models.spoken import warnings_kept
 
@@ -53,6 +53,7 @@ class Robot:
         cog_height: height of the COG above the soles in the keyframe `stand` [m].
         joint_names: the actuated joints, in the order of the configuration vector.
         leg_joints: those of them that lie between the trunk and a sole.
+        limb_swings: names of the joints that swing an arm or the head forward and back in `stand`.
         joint_range: (n, 2) lower and upper limit of each [rad].
         stall_torque: (n,) torque at standstill [N m].
         no_load_speed: (n,) speed at which the motor has no torque left [rad/s].
@@ -82,6 +83,7 @@ class Robot:
     cog_height: float
     joint_names: tuple[str, ...]
     leg_joints: frozenset[str]
+    limb_swings: frozenset[str]
     joint_range: Array
     stall_torque: Array
     no_load_speed: Array
@@ -225,6 +227,7 @@ def read_robot(model: mujoco.MjModel, path: Path) -> Robot:
         cog_height=float(data.subtree_com[trunk][2] - ground),
         joint_names=tuple(joints),
         leg_joints=frozenset(joints[i - 1] for i in range(1, model.njnt) if model.jnt_bodyid[i] in legs),
+        limb_swings=frozenset(joints[i - 1] for i in limb_swings(model, data, legs)),
         joint_range=_frozen(model.jnt_range[1:]),
         stall_torque=_frozen(torque),
         no_load_speed=_frozen(speed),

@@ -92,9 +92,9 @@ def asked(
         hessian[3 + k, 3 + k] += weights.trunk
         linear[3 + k] -= weights.trunk * (weights.trunk_stiffness * pull - weights.trunk_damping * qd[3 + k])
     for j in range(n):
-        if joints[j, 1] == 1.0:
+        if joints[j, 1] > 0.0:
             pull = weights.posture_stiffness * (joints[j, 0] - q[7 + j]) - weights.posture_damping * qd[6 + j]
-            hessian[6 + j, 6 + j] += weights.posture
-            linear[6 + j] -= weights.posture * pull
+            hessian[6 + j, 6 + j] += weights.posture * joints[j, 1]
+            linear[6 + j] -= weights.posture * joints[j, 1] * pull
         hessian[6 + j, 6 + j] += REGULARISATION
     return hessian, linear

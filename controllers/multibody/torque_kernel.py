@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 # Numbers that tell of a foot: whether it stands, yaw, weight, stiffness and damping of its place and of its attitude;
 # position, velocity and acceleration.
 FOOT = 16
-# Numbers that tell of a joint: stand [rad], 1 where the posture counts, most torque [N m], damping [N m s] and dry
+# Numbers that tell of a joint: stand [rad], share of the posture's weight, most torque [N m], damping [N m s] and dry
 # friction [N m].
 JOINT = 5
 FRICTION_SPEED = 0.05
@@ -238,10 +238,10 @@ def assembled(
 
     hessian, linear = normal_equations(rows, constant, weight, n, limits)
     for j in range(n):
-        if joints[j, 1] == 1.0:
+        if joints[j, 1] > 0.0:
             pull = weights.posture_stiffness * (joints[j, 0] - q[7 + j]) - weights.posture_damping * qd[6 + j]
-            hessian[j, j] += weights.posture
-            linear[j] -= weights.posture * pull
+            hessian[j, j] += weights.posture * joints[j, 1]
+            linear[j] -= weights.posture * joints[j, 1] * pull
     for column in range(n, size, 6):
         for k in range(3):
             # what placo takes for the part along the sole is y and z

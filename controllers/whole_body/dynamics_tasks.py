@@ -17,8 +17,11 @@ from models.robot import Robot
 Array = NDArray[np.float64]
 
 # Weights of the soft tasks, and stiffness [1/s^2] and damping [1/s] of each; those of height, trunk and posture are of
-# a robot of scale 1. The posture's is small: the arms swing against the legs and take their turn about the vertical.
-COG_WEIGHT, STANCE_WEIGHT, TRUNK_WEIGHT, POSTURE_WEIGHT = 10.0, 50.0, 1.0, 3e-4
+# a robot of scale 1.
+COG_WEIGHT, STANCE_WEIGHT, TRUNK_WEIGHT, POSTURE_WEIGHT = 10.0, 50.0, 1.0, 1e-2
+# So much of the posture's weight do the joints have that swing the arms forward and back: they swing against the legs
+# and take their turn about the vertical. With arms as free to the sides, pushes to the side fell the robot.
+LIMB_SWING = 0.03
 # A quick step asks for more than the motors have. The way of the swing foot gives way before the COG and the trunk do.
 SWING_WEIGHT = 10.0
 HEIGHT_STIFFNESS, HEIGHT_DAMPING = 200.0, 28.0
@@ -54,9 +57,16 @@ def sole_size(robot: Robot) -> tuple[float, float]:
     return length, width
 
 
+def posture_share(robot: Robot, joint: str) -> float:
+    """How much of the posture's weight a joint has, from 0 to 1."""
+    if joint in robot.leg_joints:
+        return 0.0
+    return LIMB_SWING if joint in robot.limb_swings else 1.0
+
+
 def joints(robot: Robot) -> Array:
     """(n, JOINT) figures of the joints: see `controllers.multibody.torque_kernel.JOINT`."""
-    posture = np.array([name not in robot.leg_joints for name in robot.joint_names])
+    posture = np.array([posture_share(robot, name) for name in robot.joint_names])
     return np.column_stack([robot.stand[7:], posture, robot.stall_torque, robot.joint_damping, robot.joint_friction])
 
 

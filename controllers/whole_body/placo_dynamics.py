@@ -53,11 +53,13 @@ class PlacoDynamics:
             self._feet[side], self._contacts[side] = foot, contact
         self._position = {side: self._feet[side].position() for side in SIDES}
         self._orientation = {side: self._feet[side].orientation() for side in SIDES}
-        body = body_tasks(solver, robot, cog=tasks.COG_WEIGHT, trunk=tasks.TRUNK_WEIGHT, posture=tasks.POSTURE_WEIGHT)
+        posture = {name: tasks.POSTURE_WEIGHT * tasks.posture_share(robot, name) for name in robot.joint_names}
+        body = body_tasks(solver, robot, cog=tasks.COG_WEIGHT, trunk=tasks.TRUNK_WEIGHT, posture=posture)
         self._cog = body.cog
         self._cog.kp = self._cog.kd = 0.0
         body.trunk.kp, body.trunk.kd = tasks.slowed(tasks.TRUNK_GAINS, robot)
-        body.posture.kp, body.posture.kd = tasks.slowed(tasks.POSTURE_GAINS, robot)
+        for pose in body.posture:
+            pose.kp, pose.kd = tasks.slowed(tasks.POSTURE_GAINS, robot)
         self._pose = np.eye(4)
         self._stance: dict[Side, bool | None] = dict.fromkeys(SIDES)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -69,20 +69,23 @@ class BodyTasks:
 
     cog: Any
     trunk: Any
-    posture: Any
+    posture: tuple[Any, ...]
 
 
-def body_tasks(solver: Any, robot: Robot, *, cog: float, trunk: float, posture: float) -> BodyTasks:
-    """Add the tasks to a solver of placo, with these weights."""
+def body_tasks(solver: Any, robot: Robot, *, cog: float, trunk: float, posture: Mapping[str, float]) -> BodyTasks:
+    """Add the tasks to a solver of placo, with these weights, that of the posture by joint; 0 for joints without."""
     where = solver.add_com_task(np.zeros(3))
     where.configure("cog", "soft", cog)
     upright = solver.add_orientation_task("trunk", np.eye(3))
     upright.configure("trunk", "soft", trunk)
-    pose = solver.add_joints_task()
     stand = dict(zip(robot.joint_names, robot.stand[7:].tolist(), strict=True))
-    pose.set_joints({name: q for name, q in stand.items() if name not in robot.leg_joints})
-    pose.configure("posture", "soft", posture)
-    return BodyTasks(cog=where, trunk=upright, posture=pose)
+    poses = []
+    for weight in sorted(set(posture.values()) - {0.0}):
+        pose = solver.add_joints_task()
+        pose.set_joints({name: stand[name] for name, own in posture.items() if own == weight})
+        pose.configure(f"posture {weight}", "soft", weight)
+        poses.append(pose)
+    return BodyTasks(cog=where, trunk=upright, posture=tuple(poses))
 
 
 def friction_torque(robot: Robot, speed: Array) -> Array:
