@@ -157,8 +157,7 @@ def calibrate(folder: Path, *, anyway: bool = False) -> Calibration:
     models = tuple(model for model in found if model is not None)
     if not models:
         raise InputError(
-            f"{str(folder)!r}: no controller both recovered and was lost, the more often the less slack it had; nothing "
-            "to fit"
+            f"{str(folder)!r}: no controller was both recovered and lost, the more often the less slack; nothing to fit"
         )
     return Calibration(
         suite=str(sweep["name"]),
@@ -278,28 +277,24 @@ def _fit(who: Mapping[str, Any], frame: pd.DataFrame, sweep: Mapping[str, Any]) 
     slacks = _slacks(frame)[~crashed(frame)].dropna(how="all")
     well = recovered(frame)[slacks.index].to_numpy(float)
     terms = tuple(name for name in _TERMS if slacks[name].fillna(0.0).nunique() > 1)
-    if not terms or len(set(well)) < 2:
-        return None
-    while True:
+    while terms and len(set(well)) > 1:
         design = np.column_stack([np.ones(len(slacks)), slacks[[*terms]].fillna(0.0)])
         ridge = RIDGE if is_parted(design, well) else 0.0
         coefficients, covariance = fit_logistic(design, well, ridge)
         slopes = coefficients[1:]
         if slopes.min() >= 0.0:
-            break
-        if len(terms) == 1:
-            return None
+            return Model(
+                robot=who["robot"],
+                robot_hash=str((sweep.get("robots") or {}).get(who["robot"])),
+                world=who["world"],
+                controller=who["controller"],
+                source=((sweep.get("controllers") or {}).get(who["controller"]) or {}).get("source"),
+                terms=terms,
+                coefficients=tuple(coefficients.tolist()),
+                covariance=tuple(map(tuple, covariance.tolist())),
+                episodes=len(well),
+                recovered=int(well.sum()),
+                ridge=ridge,
+            )
         terms = tuple(name for name, slope in zip(terms, slopes, strict=True) if slope > slopes.min())
-    return Model(
-        robot=who["robot"],
-        robot_hash=str((sweep.get("robots") or {}).get(who["robot"])),
-        world=who["world"],
-        controller=who["controller"],
-        source=((sweep.get("controllers") or {}).get(who["controller"]) or {}).get("source"),
-        terms=terms,
-        coefficients=tuple(coefficients.tolist()),
-        covariance=tuple(map(tuple, covariance.tolist())),
-        episodes=len(well),
-        recovered=int(well.sum()),
-        ridge=ridge,
-    )
+    return None

@@ -112,6 +112,10 @@ def test_servo_gains_fit_the_reflected_inertia(model: mujoco.MjModel) -> None:
         assert 0.7 <= damping_ratio <= 1.5
 
 
+def test_arms_swing_forward_and_back_at_shoulder_and_elbow(robot: Robot) -> None:
+    assert robot.limb_swings == {f"{side}_{joint}" for side in SIDES for joint in ("shoulder_pitch", "elbow")}
+
+
 @pytest.mark.parametrize("name", ["utmu3", "nowhere.xml"])
 def test_unknown_robots_are_refused_by_name(name: str) -> None:
     with pytest.raises(InputError, match=name):

@@ -96,9 +96,8 @@ class Asked:
         ask(force, given - attitude.as_matrix() @ bias[:3] / weights.mass, weights.cog)
         upright = weights.trunk_stiffness * attitude.inv().as_rotvec() - weights.trunk_damping * qd[3:6]
         ask(np.eye(6 + n)[3:6], upright, weights.trunk)
-        held = self.joints[:, 1] == 1.0
         pull = weights.posture_stiffness * (self.joints[:, 0] - q[7:]) - weights.posture_damping * qd[6:]
-        ask(np.eye(6 + n)[6:][held], pull[held], weights.posture)
+        ask(np.eye(6 + n)[6:], pull, weights.posture * self.joints[:, 1])
         ask(np.eye(6 + n)[6:], np.zeros(n), REGULARISATION)
         return np.vstack(rows), np.concatenate(sides)
 

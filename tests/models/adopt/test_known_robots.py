@@ -75,6 +75,9 @@ def test_what_is_found(name: str, robot: Robot, cache: Path) -> None:
         assert " | 20 (assumed) | " in report
     if name == "t1":
         assert "Waist" in set(robot.joint_names) - robot.leg_joints
+    if name == "g1":  # arms are limbs that swing, the waist that carries them is not
+        assert {"left_elbow_joint", "right_shoulder_pitch_joint"} < robot.limb_swings
+        assert not any("waist" in joint or "roll" in joint for joint in robot.limb_swings)
 
 
 def test_it_stands(robot: Robot) -> None:

@@ -63,7 +63,7 @@ def test_a_slack_that_speaks_against_recovery_is_left_out(tmp_path: Path) -> Non
 
 def test_a_controller_whose_every_slack_speaks_against_recovery_has_no_law(tmp_path: Path) -> None:
     rows = [pushed(0.01 * (i - 9.5), None, well=i < 10 or i == 15, number=i) for i in range(20)]
-    with pytest.raises(InputError, match="the more often the less slack"):
+    with pytest.raises(InputError, match="the more often the less slack; nothing to fit"):
         calibrate(folder_of(tmp_path / "against", rows, **TUNING))
 
 
