@@ -277,9 +277,13 @@ class Supervisor:
         return BalanceCommand(zmp=zmp, feet=feet)
 
     def _stepping(self, seen: _Seen, swing_step: SwingStep) -> BalanceCommand:
-        """Command of the step under way; the foot on the floor alone can be turned back to the heading."""
+        """Command of the step under way; the foot on the floor alone is turned back to the heading.
+
+        Not while the feet close up: slow as that is, arms and trunk would swing for it until the robot falls.
+        """
         zmp = self._contacts.support.nearest(swing_step.aim.zmp)
-        stance = FootReference.standing(seen.observation.feet[swing_step.stance], self.heading.yaw)
+        foot = seen.observation.feet[swing_step.stance]
+        stance = FootReference.standing(foot, foot.yaw if swing_step.closing else self.heading.yaw)
         feet = {swing_step.stance: stance, swing_step.lift.side: swing_step.advance(self.pendulum.dt)}
         return BalanceCommand(zmp=zmp, feet=feet)
 
