@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from controllers.interface import BalanceCommand, JointTargets, Observation
 from controllers.stepping.contact_state import EDGE, ContactState
 from controllers.stepping.stance_recovery import (
     ASTRAY,
@@ -20,7 +21,11 @@ from controllers.stepping.stance_recovery import (
     closing_step,
 )
 from controllers.stepping.step_policy import Heading
-from models.robot import Robot, load_robot
+from controllers.whole_body.inverse_dynamics import DynamicsWholeBody
+from models.arena import SIDES
+from models.robot import Robot, load_robot, other
+from scenarios.catalogue import load
+from sim.episode.episode import run_episode
 from tests.controllers.sight import seen
 
 DT = 0.002
@@ -112,3 +117,27 @@ def test_so_many_closing_steps_are_tried(robot: Robot) -> None:
         stance_recovery.interrupt()
     assert all(words[:ATTEMPTS])
     assert words[ATTEMPTS] == ""
+
+
+def test_the_foot_that_stays_keeps_its_yaw_while_the_other_closes_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    turned: dict[float, float] = {}
+    plain = DynamicsWholeBody.targets
+
+    def watched(layer: DynamicsWholeBody, observed: Observation, command: BalanceCommand) -> JointTargets:
+        for side in SIDES:
+            if command.feet[side].stance and not command.feet[other(side)].stance:
+                turned[observed.time] = abs(command.feet[side].yaw - observed.feet[side].yaw)
+        return plain(layer, observed, command)
+
+    monkeypatch.setattr(DynamicsWholeBody, "targets", watched)
+    push = {"start": 1.0, "direction": 118.5, "delta_v": 0.752355}
+    result = run_episode(load("quiet", {"seed": 1865007702, "duration": 6.0, "pushes": [push]}))
+    # Turned back to the heading, it made the arms swing by a radian and more, and the robot fell 2 s after the push.
+    assert result.outcome.result.value == "recovered"
+    closes = [d["time"] for d in result.decisions if "closes up" in d["reason"]]
+    assert closes
+    quick = [angle for time, angle in turned.items() if time < closes[0]]
+    assert max(quick) > 0.1
+    slow = [angle for time, angle in turned.items() if closes[0] <= time]
+    assert len(slow) > 50
+    assert max(slow) == 0.0
