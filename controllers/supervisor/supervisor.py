@@ -277,10 +277,7 @@ class Supervisor:
         return BalanceCommand(zmp=zmp, feet=feet)
 
     def _stepping(self, seen: _Seen, swing_step: SwingStep) -> BalanceCommand:
-        """Command of the step under way; the foot on the floor alone is turned back to the heading.
-
-        Not while the feet close up: slow as that is, arms and trunk would swing for it until the robot falls.
-        """
+        """Command of a step; its stance foot is turned to the heading, but in closing up, when arms would swing for it."""
         zmp = self._contacts.support.nearest(swing_step.aim.zmp)
         foot = seen.observation.feet[swing_step.stance]
         stance = FootReference.standing(foot, foot.yaw if swing_step.closing else self.heading.yaw)
