@@ -277,7 +277,7 @@ class Supervisor:
         return BalanceCommand(zmp=zmp, feet=feet)
 
     def _stepping(self, seen: _Seen, swing_step: SwingStep) -> BalanceCommand:
-        """Command of a step; its stance foot is turned to the heading, but in closing up, when arms would swing for it."""
+        """Command of a step; the stance foot turns to the heading, but not in closing up: arms would swing for it."""
         zmp = self._contacts.support.nearest(swing_step.aim.zmp)
         foot = seen.observation.feet[swing_step.stance]
         stance = FootReference.standing(foot, foot.yaw if swing_step.closing else self.heading.yaw)
