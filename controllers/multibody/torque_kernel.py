@@ -78,25 +78,9 @@ def weights_of(figures: Array) -> Weights:
     """Name figures (18,): they are handed over as an array, which costs 2 us less than a tuple."""
     a = figures
     return Weights(
-        a[0],
-        a[1],
-        a[2],
-        a[3],
-        a[4],
-        a[5],
-        a[6],
-        a[7],
-        a[8],
-        a[9],
-        a[10],
-        a[11],
-        a[12],
-        a[13],
-        a[14],
-        a[15],
-        a[16],
+        a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9], a[10], a[11], a[12], a[13], a[14], a[15], a[16],
         a[17],
-    )
+    )  # fmt: skip
 
 
 @compiled

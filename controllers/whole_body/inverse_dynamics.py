@@ -25,7 +25,7 @@ class DynamicsOptions(Strict):
 
     Attributes:
         solver: who solves the QP: ourselves, and placo where we find no answer or the legs are not alike ("own"), or
-            placo alone ("placo").
+            placo alone ("placo"), which has no price on the moment about the vertical of a sole that stands alone.
     """
 
     solver: Literal["own", "placo"] = "own"

@@ -56,7 +56,7 @@ def test_a_slack_that_speaks_against_recovery_is_left_out(tmp_path: Path) -> Non
         for one in rows
         if one["regulator_slack_end"] is not None
     ]
-    (model,) = calibrate(folder_of(tmp_path / "odd", [*drawn(400, 3)[1::2], *odd], **TUNING)).models
+    (model,) = calibrate(folder_of(tmp_path / "odd", [*rows[1::2], *odd], **TUNING)).models
     assert model.terms == ("stepping",)
     assert model.coefficients[1] > 0.0
 
