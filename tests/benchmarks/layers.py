@@ -11,14 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from controllers.interface import BalanceCommand, JointTargets, Observation, WholeBodyLayer
+from controllers.interface import WholeBodyLayer
 from models.robot import load_robot
 from scenarios.catalogue import load
 from sim.episode.build import make_layer
-from sim.episode.episode import run_episode
 from tests.benchmarks.timing import in_words, show, table
-
-Tick = tuple[Observation, BalanceCommand]
+from tests.controllers.recorded_layer import Tick, recorded
 
 # (name, what a scenario says of the layer)
 LAYERS: tuple[tuple[str, Any], ...] = (
@@ -32,43 +30,15 @@ _PUSHED = {"duration": 3.0, "pushes": [{"start": 0.5, "direction": 10.0, "delta_
 _STANDING = {"duration": 1.0}
 
 
-class Recorder:
-    """A layer that keeps what it was given, and hands it on."""
-
-    follows_acceleration = True
-
-    def __init__(self, layer: WholeBodyLayer) -> None:
-        self._layer = layer
-        self.ticks: list[Tick] = []
-
-    def reset(self) -> None:
-        """Forget the last episode."""
-        self._layer.reset()
-        self.ticks.clear()
-
-    def targets(self, observation: Observation, command: BalanceCommand) -> JointTargets:
-        """Those of the layer."""
-        self.ticks.append((observation, command))
-        return self._layer.targets(observation, command)
-
-
-def recorded(changes: dict[str, Any]) -> list[Tick]:
-    """What `dynamics` was given in an episode."""
-    scenario = load("quiet", changes)
-    recorder = Recorder(make_layer(scenario, load_robot(scenario.robot)))
-    run_episode(scenario, layer=recorder, polygons=False)
-    return recorder.ticks
-
-
 def costs(layers: Sequence[WholeBodyLayer], ticks: Sequence[Tick]) -> list[float]:
     """Mean time of a call of each layer [s]; of each tick counts the best of some runs, taken in turn."""
     best = np.full((len(layers), len(ticks)), np.inf)
     for _ in range(REPEATS):
         for i, layer in enumerate(layers):
             layer.reset()
-            for j, (observation, command) in enumerate(ticks):
+            for j, tick in enumerate(ticks):
                 begin = time.perf_counter()
-                layer.targets(observation, command)
+                layer.targets(tick.seen, tick.command)
                 best[i, j] = min(best[i, j], time.perf_counter() - begin)
     means: list[float] = best.mean(axis=1).tolist()
     return means
@@ -78,8 +48,8 @@ def main() -> None:
     """Print the table."""
     scenarios = [load("quiet", {"whole_body": named}) for _, named in LAYERS]
     layers = [make_layer(scenario, load_robot(scenario.robot)) for scenario in scenarios]
-    standing = recorded(_STANDING)
-    swinging = [tick for tick in recorded(_PUSHED) if not all(foot.stance for foot in tick[1].feet.values())]
+    _, standing = recorded(_STANDING)
+    swinging = [tick for tick in recorded(_PUSHED)[1] if not tick.stands]
     made = table(
         "One call of a whole-body layer, mean over the ticks of an episode, each the best of several runs, one core",
         "layer", f"standing ({len(standing)} ticks)", f"a foot in the air ({len(swinging)})", "to dynamics",

@@ -7,7 +7,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from controllers.interface import BalanceCommand, JointTargets, Observation
 from controllers.stepping.contact_state import EDGE, ContactState
 from controllers.stepping.stance_recovery import (
     ASTRAY,
@@ -21,11 +20,9 @@ from controllers.stepping.stance_recovery import (
     closing_step,
 )
 from controllers.stepping.step_policy import Heading
-from controllers.whole_body.inverse_dynamics import DynamicsWholeBody
 from models.arena import SIDES
 from models.robot import Robot, load_robot, other
-from scenarios.catalogue import load
-from sim.episode.episode import run_episode
+from tests.controllers.recorded_layer import recorded
 from tests.controllers.sight import seen
 
 DT = 0.002
@@ -119,19 +116,15 @@ def test_so_many_closing_steps_are_tried(robot: Robot) -> None:
     assert words[ATTEMPTS] == ""
 
 
-def test_the_foot_that_stays_keeps_its_yaw_while_the_other_closes_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    turned: dict[float, float] = {}
-    plain = DynamicsWholeBody.targets
-
-    def watched(layer: DynamicsWholeBody, observed: Observation, command: BalanceCommand) -> JointTargets:
-        for side in SIDES:
-            if command.feet[side].stance and not command.feet[other(side)].stance:
-                turned[observed.time] = abs(command.feet[side].yaw - observed.feet[side].yaw)
-        return plain(layer, observed, command)
-
-    monkeypatch.setattr(DynamicsWholeBody, "targets", watched)
+def test_the_foot_that_stays_keeps_its_yaw_while_the_other_closes_up() -> None:
     push = {"start": 1.0, "direction": 118.5, "delta_v": 0.752355}
-    result = run_episode(load("quiet", {"seed": 1865007702, "duration": 6.0, "pushes": [push]}))
+    result, ticks = recorded({"seed": 1865007702, "duration": 6.0, "pushes": [push]})
+    turned = {
+        tick.seen.time: abs(tick.command.feet[side].yaw - tick.seen.feet[side].yaw)
+        for tick in ticks
+        for side in SIDES
+        if tick.command.feet[side].stance and not tick.command.feet[other(side)].stance
+    }
     # Turned back to the heading, it made the arms swing by a radian and more, and the robot fell 2 s after the push.
     assert result.outcome.result.value == "recovered"
     closes = [d["time"] for d in result.decisions if "closes up" in d["reason"]]

@@ -5,33 +5,18 @@ But for one weight, which placo has no place for: it is left out where the two a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import daqp
 import numpy as np
 import pytest
 
-from controllers.interface import BalanceCommand, JointTargets, Observation
 from controllers.whole_body import dynamics_tasks
 from controllers.whole_body.inverse_dynamics import DynamicsOptions, DynamicsWholeBody
-from models.arena import SIDES
 from models.robot import Robot, load_robot
-from scenarios.catalogue import load
-from sim.episode.episode import run_episode
+from tests.controllers.recorded_layer import Tick, recorded
 
 Array = np.ndarray
-
-
-@dataclass(frozen=True)
-class Tick:
-    seen: Observation
-    command: BalanceCommand
-    targets: JointTargets
-
-    @property
-    def stands(self) -> bool:
-        return all(self.command.feet[side].stance for side in SIDES)
 
 
 @pytest.fixture(scope="module")
@@ -42,23 +27,12 @@ def robot() -> Robot:
 @pytest.fixture(scope="module")
 def ticks() -> list[Tick]:
     """A push that takes a step: standing, swing, landing."""
-    taken: list[Tick] = []
-    plain = DynamicsWholeBody.targets
-
-    def watched(layer: DynamicsWholeBody, seen: Observation, command: BalanceCommand) -> JointTargets:
-        targets = plain(layer, seen, command)
-        taken.append(Tick(seen, command, targets))
-        return targets
-
     changes: dict[str, Any] = {
         "duration": 1.2,
         "whole_body": {"name": "dynamics", "solver": "placo"},
         "pushes": [{"start": 0.2, "direction": 90.0, "delta_v": 0.5}],
     }
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(DynamicsWholeBody, "targets", watched)
-        run_episode(load("quiet", changes))
-    return taken
+    return recorded(changes)[1]
 
 
 def torques(layer: DynamicsWholeBody, ticks: list[Tick]) -> Array:
