@@ -81,12 +81,14 @@ class Registry:
         group: the group of entry points that installed packages add theirs by.
         shipped: short name -> "module:Class" of ours.
         methods: of which every class must have one.
+        required: of which every class must have all.
     """
 
     kind: str
     group: str
     shipped: Mapping[str, str]
     methods: tuple[str, ...]
+    required: tuple[str, ...] = ()
 
     def names(self) -> tuple[str, ...]:
         """The short names there are."""
@@ -145,6 +147,9 @@ class Registry:
         if not isinstance(cls, type) or not any(callable(getattr(cls, name, None)) for name in self.methods):
             wanted = " nor ".join(f"{name}()" for name in self.methods)
             raise InputError(f"{entry.short!r} is no {self.kind}: it has no method {wanted}")
+        for name in self.required:
+            if not callable(getattr(cls, name, None)):
+                raise InputError(f"{entry.short!r} is no {self.kind}: it has no method {name}()")
         if not (isinstance(options, type) and issubclass(options, Strict)):
             raise InputError(f"{entry.short!r}: its Options must be a subclass of controllers.fields.Strict")
         return entry
@@ -205,6 +210,7 @@ LAYERS = Registry(
     kind="whole-body layer",
     group="okiagari.whole_body",
     methods=("targets",),
+    required=("reset",),
     shipped={
         "dynamics": "controllers.whole_body.inverse_dynamics:DynamicsWholeBody",
         "ik": "controllers.whole_body.inverse_kinematics:IkWholeBody",
@@ -215,6 +221,7 @@ ESTIMATORS = Registry(
     kind="estimator",
     group="okiagari.estimators",
     methods=("estimate",),
+    required=("reset",),
     shipped={
         "truth": "controllers.senses:Truth",
         "ekf": "controllers.estimation.ekf:InvariantEkf",

@@ -32,7 +32,7 @@ class PushObserver:
 
         Args:
             robot: the nominal body.
-            settling: time constant with which a push is believed [s].
+            settling: time constant with which a push is believed [s]; that of a state each is the quickest.
             threshold: force below which none is reported [N].
         """
         self._mass, self._settling, self._threshold = robot.mass, settling, threshold
@@ -59,7 +59,7 @@ class PushObserver:
         if high < self._lowest:
             self.reset()
             return
-        weighed = self._mass, self._settling, height / high
+        weighed = self._mass, max(self._settling, dt), height / high
         _look(self._found, self._explained, cog, velocity, spin, zmp, load, dt, *weighed)
         x, y = self._found.tolist()
         self.force = np.array([x, y, 0.0]) if math.hypot(x, y) > self._threshold else np.zeros(3)

@@ -107,12 +107,12 @@ class Episode:
         choice = scenario.controller
         self._guard = Guard(f"controller {choice.short!r}", foreign=choice.name not in CONTROLLERS.shipped)
         self._asked_every = 1
-        if controller is not None and hasattr(controller, "command"):
-            if (reset := getattr(controller, "reset", None)) is not None:
-                self._guard.ask(reset, 0)
-        elif controller is not None:
+        reset, given = getattr(controller, "reset", None), list[int]()
+        if controller is not None and not hasattr(controller, "command"):
             self._asked_every = _whole_ticks(choice.short, controller, scenario.timing.control)
-            self._guard.ask(controller.reset, 0, scenario.seed)
+            given = [scenario.seed]
+        if reset is not None:
+            self._guard.ask(reset, 0, *given)
         self._began = self._ended = time.perf_counter()
         self.action: Action | None = None
         self.truth: Observation

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from controllers.interface import BalanceCommand, FootReference, JointTargets, Observation
+from controllers.interface import BalanceCommand, FootReference, FootState, JointTargets, Observation
 from models.arena import SIDES
 from models.errors import InputError, OkiagariError, with_kind
 
@@ -78,7 +78,7 @@ class Guard:
         """A state that controllers can be shown.
 
         Raises:
-            InputError: if it is none, or has a wrong shape, no feet, or a number that is not finite.
+            InputError: if it is none, or has a wrong shape, no feet, or a number that is not finite; a ZMP may be NaN.
         """
         if not isinstance(seen, Observation):
             self._refuse(tick, "estimate", f"is {_kind(seen)}; it must be an Observation")
@@ -86,7 +86,21 @@ class Guard:
             self._numbers(tick, name, getattr(seen, name), getattr(truth, name).shape, truth)
         if not isinstance(seen.feet, dict) or set(seen.feet) != set(SIDES):
             self._refuse(tick, "feet", "must be a FootState each for 'left' and 'right'")
+        for side, foot in seen.feet.items():
+            if not isinstance(foot, FootState):
+                self._refuse(tick, f"feet[{side!r}]", f"is {_kind(foot)}; it must be a FootState")
+            self._numbers(tick, f"feet[{side!r}].position", foot.position, (3,), truth)
+            self._number(tick, f"feet[{side!r}].yaw", foot.yaw, truth)
+            self._number(tick, f"feet[{side!r}].force", foot.force, truth)
+        if not (isinstance(seen.zmp, np.ndarray) and seen.zmp.shape == (2,) and math.isnan(seen.zmp[0])):
+            self._numbers(tick, "zmp", seen.zmp, (2,), truth)
         return seen
+
+    def _number(self, tick: int, field: str, value: Any, observation: Observation) -> None:
+        if not isinstance(value, (float, int)):  # numpy's float64 is a float, too
+            self._refuse(tick, field, f"is {_kind(value)}; it must be a number")
+        if not math.isfinite(value) and np.isfinite(observation.cog).all():
+            self._refuse(tick, field, f"{value} is not finite")
 
     def _numbers(self, tick: int, field: str, value: Any, shape: tuple[int, ...], observation: Observation) -> None:
         if not isinstance(value, np.ndarray) or value.shape != shape:

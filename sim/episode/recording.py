@@ -34,9 +34,9 @@ from sim.episode.step_count import StepCount
 from sim.record.motors import MotorLog, MotorUse
 from sim.record.outcome import EarlyEnd
 from sim.record.push_columns import PushColumns, combined
-from sim.record.seen import seen_row
+from sim.record.seen import in_the_world, seen_row
 from sim.record.support_slack import SupportSlack
-from sim.record.trace import SEEN_CHANNELS, Trace, TraceRecorder
+from sim.record.trace import SEEN_CHANNELS, SEEN_STANCE_CHANNELS, Trace, TraceRecorder
 from sim.record.versions import commit, versions
 
 Array = NDArray[np.float64]
@@ -45,6 +45,7 @@ Array = NDArray[np.float64]
 _NO_FORCE = (0.0, 0.0, 0.0)
 _NOWHERE = (math.nan, math.nan, math.nan)
 _NO_POINT = (math.nan, math.nan)
+_SEEN = len(SEEN_CHANNELS) + len(SEEN_STANCE_CHANNELS)
 
 
 class Recording:
@@ -133,7 +134,8 @@ class Recording:
         self._row, self._acting = row, {}
         stands = self._steps.standing(observation, action)
         if isinstance(action, BalanceCommand):
-            command, phase = action.zmp.tolist(), action.phase
+            command = action.zmp.tolist() if at.seen is None else in_the_world(action.zmp, observation, seen)
+            phase = action.phase
         else:
             command, phase = _NO_POINT, Phase.STANDING if all(stands.values()) else Phase.STEPPING
         feet: list[float] = []
@@ -158,10 +160,10 @@ class Recording:
             self._support.of(observation),
         )
         if at.seen is not None:
-            row[at.seen : at.seen + len(SEEN_CHANNELS)] = seen_row(observation, seen, self._robot.omega)
+            row[at.seen : at.seen + _SEEN] = seen_row(observation, seen, self._robot.omega)
         if at.root is not None:
             row[at.root :] = observation.configuration
-        self._note_ended_pushes(observation)
+        self._note_ended_pushes(observation, seen)
         return self._early.update(row)
 
     def push_added(self, scenario: Scenario) -> None:
@@ -231,12 +233,12 @@ class Recording:
             records.append(push_record(push, self._robot, delivered, ended=ended, chosen=chosen))
         return records
 
-    def _note_ended_pushes(self, observation: Observation) -> None:
+    def _note_ended_pushes(self, observation: Observation, seen: Observation) -> None:
         pushes = self._scenario.pushes
         for index, push in enumerate(pushes):
             if index in self._ended or observation.time < push.end - 1e-9:
                 continue
-            x = observation.balance_state()
+            x = seen.balance_state()  # the sets are about the feet as they are seen
             ended: dict[str, Any] = {"velocity": tuple(observation.cog_velocity.tolist())}
             if self._predictor is not None:
                 said = self._predictor.predict()

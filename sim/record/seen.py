@@ -31,25 +31,60 @@ class SightError:
 
 
 def seen_row(truth: Observation, seen: Observation, omega: float) -> tuple[float, ...]:
-    """The eight values of `SEEN_CHANNELS`.
+    """The values of `SEEN_CHANNELS`, then those of `SEEN_STANCE_CHANNELS`.
 
     Where the robot is in the world nobody can feel and no controller needs: errors are of positions relative to the
     soles that carry weight.
     """
-    total, shift_x, shift_y = 0.0, 0.0, 0.0
-    for side in SIDES:
-        there, here = truth.feet[side], seen.feet[side]
-        total += there.force
-        shift_x += there.force * float(here.position[0] - there.position[0])
-        shift_y += there.force * float(here.position[1] - there.position[1])
-    away_x, away_y = (shift_x / total, shift_y / total) if total > 0.0 else (math.nan, math.nan)
+    there_x, there_y, here_x, here_y, _ = _loaded(truth, seen)
+    away_x, away_y = here_x - there_x, here_y - there_y
     x, y, z = seen.cog.tolist()
     vx, vy, vz = seen.cog_velocity.tolist()
     true_x, true_y, _ = truth.cog.tolist()
     true_vx, true_vy, _ = truth.cog_velocity.tolist()
     error_x = x - true_x - away_x + (vx - true_vx) / omega
     error_y = y - true_y - away_y + (vy - true_vy) / omega
-    return x, y, z, vx, vy, vz, error_x, error_y
+    forces = (seen.feet[side].force for side in SIDES)
+    return x, y, z, vx, vy, vz, error_x, error_y, _tilt(seen), *seen.zmp.tolist(), *forces
+
+
+def _tilt(seen: Observation) -> float:
+    """Angle between the trunk's z axis and the vertical [rad]; NaN if there is no trunk."""
+    if not len(seen.configuration):
+        return math.nan
+    _, x, y, _ = seen.configuration[3:7].tolist()
+    return 2.0 * math.asin(min(1.0, math.hypot(x, y)))
+
+
+def in_the_world(point: Array, truth: Observation, seen: Observation) -> tuple[float, float]:
+    """A point on the floor (2,) that a controller means about the soles as it sees them, about them as they are [m].
+
+    NaN in the air, where it means no place.
+    """
+    there_x, there_y, here_x, here_y, turn = _loaded(truth, seen)
+    x, y = point.tolist()
+    dx, dy, cos, sin = x - here_x, y - here_y, math.cos(turn), math.sin(turn)
+    return there_x + cos * dx - sin * dy, there_y + sin * dx + cos * dy
+
+
+def _loaded(truth: Observation, seen: Observation) -> tuple[float, float, float, float, float]:
+    """Middle of the soles, by the weight that each carries: as it is (2), as it is seen (2) [m], and the turn [rad].
+
+    The turn is from what is seen to what is. All are NaN in the air.
+    """
+    total = there_x = there_y = here_x = here_y = turn = 0.0
+    for side in SIDES:
+        there, here = truth.feet[side], seen.feet[side]
+        force = there.force
+        total += force
+        there_x += force * float(there.position[0])
+        there_y += force * float(there.position[1])
+        here_x += force * float(here.position[0])
+        here_y += force * float(here.position[1])
+        turn += force * math.remainder(there.yaw - here.yaw, math.tau)
+    if total <= 0.0:
+        return math.nan, math.nan, math.nan, math.nan, math.nan
+    return there_x / total, there_y / total, here_x / total, here_y / total, turn / total
 
 
 def seen_cog(cog: Array, velocity: Array, seen: Array, omega: float) -> Array:

@@ -59,6 +59,13 @@ SEEN_CHANNELS: Mapping[str, str] = MappingProxyType(
 )
 """What the controllers saw, and the error of its DCM about the loaded soles; only if that was not the true state."""
 
+SEEN_STANCE_CHANNELS: Mapping[str, str] = MappingProxyType(
+    {"seen_tilt": "rad"}
+    | dict.fromkeys(("seen_zmp_x", "seen_zmp_y"), "m")
+    | dict.fromkeys(("seen_left_force", "seen_right_force"), "N")
+)
+"""How the robot stood as the controllers saw it; with `SEEN_CHANNELS`. The tilt is NaN on the pendulum."""
+
 
 class TraceFileError(InputError):
     """A trace file is missing, damaged or not a trace."""
@@ -168,9 +175,9 @@ class TraceRecorder:
         Args:
             rows: most rows that will come.
             joints: names of the joints; None for a world without a body, which has no trunk pose either.
-            seen: whether there are `SEEN_CHANNELS`.
+            seen: whether there are `SEEN_CHANNELS` and `SEEN_STANCE_CHANNELS`.
         """
-        units = dict(TRACE_CHANNELS) | (dict(SEEN_CHANNELS) if seen else {})
+        units = dict(TRACE_CHANNELS) | (dict(SEEN_CHANNELS) | dict(SEEN_STANCE_CHANNELS) if seen else {})
         if joints is not None:
             units |= dict(ROOT_CHANNELS) | {f"q_{joint}": "rad" for joint in joints}
         self._units = units

@@ -21,7 +21,7 @@ from sim.episode.episode import run_episode
 from sim.episode.push_record import PushRecord, TorqueRecord
 from sim.episode.run_folder import outcome_record
 from sim.record.motors import MotorUse
-from sim.record.trace import ROOT_CHANNELS, TRACE_CHANNELS
+from sim.record.trace import ROOT_CHANNELS, SEEN_CHANNELS, SEEN_STANCE_CHANNELS, TRACE_CHANNELS
 from sim.results.columns import COLUMNS
 from tests.docs.pages import HOUSE, names, tables
 
@@ -119,6 +119,9 @@ def test_columns_of_a_trace_are_those_of_the_recorder() -> None:
     ((_, rows),) = [one for one in tables(RESULTS, "columns") if one[0] == "trace.parquet"]
     told = [(name, unit) for cell, unit, _ in rows for name in names(cell)]
     assert told == [*TRACE_CHANNELS.items(), *ROOT_CHANNELS.items()]
+    ((_, rows),) = [one for one in tables(RESULTS, "columns") if one[0] == "trace.parquet, senses"]
+    told = [(name, unit) for cell, unit, _ in rows for name in names(cell)]
+    assert told == [*SEEN_CHANNELS.items(), *SEEN_STANCE_CHANNELS.items()]
 
 
 @pytest.fixture(scope="module")

@@ -14,22 +14,24 @@ ROBOT = load_robot("utmu2")
 HIGH = ROBOT.cog_height
 
 
-def pendulum(push: np.ndarray, above: float, spun: float, steps: int = 60) -> PushObserver:
+def pendulum(
+    push: np.ndarray, above: float, spun: float, steps: int = 60, *, settling: float = 0.01, dt: float = DT
+) -> PushObserver:
     """A body on the ZMP at the origin that is pushed `above` its COG; of that torque the share `spun` spins it up.
 
     The floor gives the rest, so that the horizontal force of the floor follows from Euler's equation about the COG.
     """
-    observer = PushObserver(ROBOT, settling=0.01, threshold=1.0)
+    observer = PushObserver(ROBOT, settling=settling, threshold=1.0)
     m, load = ROBOT.mass, ROBOT.mass * ROBOT.gravity
     cog, velocity, spin = np.array([0.02, -0.01, HIGH]), np.zeros(3), np.zeros(3)
     for _ in range(steps):
-        observer.take(cog, velocity, spin, np.zeros(2), load, HIGH + above, DT)
+        observer.take(cog, velocity, spin, np.zeros(2), load, HIGH + above, dt)
         gained = spun * above * np.array([-push[1], push[0], 0.0])
         floor = np.zeros(3)
         floor[0] = (cog[0] * load - gained[1] + above * push[0]) / HIGH
         floor[1] = (cog[1] * load + gained[0] + above * push[1]) / HIGH
         acceleration = (floor + push) / m
-        cog, velocity, spin = cog + DT * velocity, velocity + DT * acceleration, spin + DT * gained
+        cog, velocity, spin = cog + dt * velocity, velocity + dt * acceleration, spin + dt * gained
     return observer
 
 
@@ -40,6 +42,13 @@ def test_a_steady_push_is_found(above: float, spun: float) -> None:
     found = pendulum(push, above, spun).force
     # The observer takes the floor's force for constant in a tick, in which it moves on by 1 % of the push.
     np.testing.assert_allclose(found, push, rtol=0.02)
+
+
+@pytest.mark.parametrize(("settling", "dt"), [(0.01, 0.01), (0.01, 0.03), (5e-4, DT)])
+def test_states_further_apart_than_it_settles_leave_it_stable(settling: float, dt: float) -> None:
+    found = pendulum(np.array([12.0, -7.0, 0.0]), 0.0, 0.0, settling=settling, dt=dt, steps=6).force
+    # What the floor gives changes from tick to tick, by a tenth of the push in 30 ms.
+    np.testing.assert_allclose(found, [12.0, -7.0, 0.0], rtol=0.3)
 
 
 def test_what_weight_and_floor_do_is_no_push() -> None:

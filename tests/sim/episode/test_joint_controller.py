@@ -114,6 +114,8 @@ def test_a_file_of_the_user_s_runs_by_its_path(tmp_path: Path, capsys: pytest.Ca
     )
     assert main(["run", str(tmp_path / "mine.toml"), "--out", str(tmp_path / "out"), "--no-video"]) == 0
     assert "mine.py:Mine" in capsys.readouterr().out
+    (tmp_path / "mine.py").write_text(FILE.replace("{answer}", GOOD).replace("def reset", "def begin"))
+    assert main(["run", str(tmp_path / "mine.toml"), "--out", str(tmp_path / "with-no-reset"), "--no-video"]) == 0
     assert main(["run", str(tmp_path / "mine.toml"), "--world", "pendulum", "--no-video"]) == 2
     assert "moves joints, and the world 'pendulum' has none" in capsys.readouterr().err
 

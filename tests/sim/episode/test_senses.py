@@ -31,7 +31,7 @@ class Stubborn:
 
     class Options(Strict):
         raises: bool = False
-        forgets: bool = False
+        answers: str = "dict()"
 
     def __init__(self, robot, dt, options):
         self.options, self.readings, self.targets = options, 0, []
@@ -45,8 +45,16 @@ class Stubborn:
         self.targets.append(targets)
         if self.options.raises and time > 0.01:
             raise RuntimeError("lost")
-        cog = self.first.cog[:2] if self.options.forgets else self.first.cog
-        return replace(self.first, time=time, cog=cog)
+        names = {"first": self.first, "feet": self.first.feet, "replace": replace, "nan": float("nan")}
+        return replace(self.first, time=time, **eval(self.options.answers, names))
+
+
+class Restless:
+    def __init__(self, robot, dt, options):
+        pass
+
+    def estimate(self, readings, targets, time):
+        pass
 '''
 
 
@@ -59,9 +67,9 @@ def run(**sensing: Any) -> EpisodeResult:
     return run_episode(scenario(**sensing), polygons=False)
 
 
-def own(folder: Path, **options: bool) -> dict[str, Any]:
+def own(folder: Path, cls: str = "Stubborn", **options: bool | str) -> dict[str, Any]:
     (folder / "own.py").write_text(OWN, encoding="utf-8")
-    return {"name": f"{folder / 'own.py'}:Stubborn"} | options
+    return {"name": f"{folder / 'own.py'}:{cls}"} | options
 
 
 def test_exact_senses_are_the_truth_itself() -> None:
@@ -116,18 +124,46 @@ def test_your_own_estimator_is_asked_every_tick(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("option", "words"),
+    ("options", "words"),
     [
-        ("raises", "estimator 'own.py:Stubborn': tick 6: estimate() raised RuntimeError: lost"),
-        ("forgets", "estimator 'own.py:Stubborn': tick 0: cog has shape (2,); it must be an array of shape (3,)"),
-        ("sleeps", "sensing.estimator.sleeps: unknown option of 'own.py:Stubborn'; allowed: raises, forgets"),
+        ({"raises": True}, "tick 6: estimate() raised RuntimeError: lost"),
+        ({"answers": "dict(cog=first.cog[:2])"}, "tick 0: cog has shape (2,); it must be an array of shape (3,)"),
+        ({"answers": "dict(zmp=None)"}, "tick 0: zmp is None; it must be an array of shape (2,)"),
+        ({"answers": "dict(zmp=first.cog)"}, "tick 0: zmp has shape (3,); it must be an array of shape (2,)"),
+        (
+            {"answers": "dict(feet=feet | {'right': 1})"},
+            "tick 0: feet['right'] is of the type int; it must be a FootState",
+        ),
+        (
+            {"answers": "dict(feet=feet | {'left': replace(feet['left'], position=feet['left'].position[:2])})"},
+            "tick 0: feet['left'].position has shape (2,); it must be an array of shape (3,)",
+        ),
+        (
+            {"answers": "dict(feet=feet | {'left': replace(feet['left'], force=None)})"},
+            "tick 0: feet['left'].force is None; it must be a number",
+        ),
+        (
+            {"answers": "dict(feet=feet | {'left': replace(feet['left'], yaw=nan)})"},
+            "tick 0: feet['left'].yaw nan is not finite",
+        ),
     ],
 )
-def test_what_is_wrong_with_it_is_told_in_one_line(option: str, words: str, tmp_path: Path) -> None:
+def test_what_is_wrong_with_it_is_told_in_one_line(options: dict[str, Any], words: str, tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
-        run(preset="ideal", estimator=own(tmp_path, **{option: True}))
-    assert words in str(caught.value)
+        run(preset="ideal", estimator=own(tmp_path, **options))
+    assert f"estimator 'own.py:Stubborn': {words}" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_in_the_air_it_may_know_no_zmp(tmp_path: Path) -> None:
+    run(preset="ideal", estimator=own(tmp_path, answers="dict(zmp=first.zmp * nan)"))
+
+
+def test_an_unknown_option_and_a_missing_method_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"unknown option of 'own\.py:Stubborn'; allowed: raises, answers"):
+        run(preset="ideal", estimator=own(tmp_path, sleeps=True))
+    with pytest.raises(InputError, match=r"'own.py:Restless' is no estimator: it has no method reset\(\)"):
+        run(preset="ideal", estimator=own(tmp_path, "Restless"))
 
 
 def test_driven_from_outside_the_senses_are_the_same() -> None:
