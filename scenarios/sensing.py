@@ -40,7 +40,7 @@ class JointSensors(_Figures):
     Attributes:
         counts: in a turn of the joint; 0 for an angle that is not rounded.
         offset: standard deviation of each joint's constant error [rad].
-        rate: [Hz]; None for every physics step.
+        rate: [Hz]; None for every physics step. A preset's is taken as near as the physics' steps allow.
     """
 
     counts: int = Field(default=0, ge=0, le=2**32)
@@ -56,7 +56,7 @@ class Imu(_Figures):
         gyro_bias: standard deviation of the constant error [rad/s].
         gyro_range: what it can measure, to either side [rad/s]; None for all.
         accelerometer_noise, accelerometer_bias, accelerometer_range: the same [m/s^2].
-        rate: [Hz]; None for every physics step.
+        rate: [Hz]; None for every physics step. A preset's is taken as near as the physics' steps allow.
     """
 
     gyro_noise: _Motion = 0.0
@@ -77,7 +77,7 @@ class FootSensors(_Figures):
         cop_noise: standard deviation of the centre of pressure along each axis, under half the robot's weight [m];
             it grows as the load lessens.
         least_force: below it there is no centre of pressure [N].
-        rate: [Hz]; None for every physics step.
+        rate: [Hz]; None for every physics step. A preset's is taken as near as the physics' steps allow.
     """
 
     force_noise: _Motion = 0.0
@@ -99,12 +99,14 @@ class StateNoise(Strict):
     velocity: VelocityNoise = 0.0
 
 
+BUS = 1000.0
+"""How often the sensors of "typical" and "cheap" are read [Hz]: their noise is that of a sample at this rate."""
 JOINT_PRESETS = MappingProxyType(
     {
         "exact": JointSensors(),
         "ideal": JointSensors(),
-        "typical": JointSensors(counts=2**18),
-        "cheap": JointSensors(counts=2**14, offset=1e-3),
+        "typical": JointSensors(counts=2**18, rate=BUS),
+        "cheap": JointSensors(counts=2**14, offset=1e-3, rate=BUS),
     }
 )
 """Typical: a magnetic ring at the joint's output, such as RLS AksIM (to 20 bits; 18 taken), zeroed on a jig. Cheap: a
@@ -120,6 +122,7 @@ IMU_PRESETS = MappingProxyType(
             accelerometer_noise=0.05,
             accelerometer_bias=0.05,
             accelerometer_range=235.0,
+            rate=BUS,
         ),
         "cheap": Imu(
             gyro_noise=0.015,
@@ -128,6 +131,7 @@ IMU_PRESETS = MappingProxyType(
             accelerometer_noise=0.15,
             accelerometer_bias=0.15,
             accelerometer_range=157.0,
+            rate=BUS,
         ),
     }
 )
@@ -140,13 +144,13 @@ FOOT_PRESETS = MappingProxyType(
     {
         "exact": FootSensors(),
         "ideal": FootSensors(),
-        "typical": FootSensors(force_noise=0.5, scale_error=0.03, cop_noise=0.001, least_force=2.0),
-        "cheap": FootSensors(force_noise=2.0, scale_error=0.1, cop_noise=0.003, least_force=5.0),
+        "typical": FootSensors(force_noise=0.5, scale_error=0.03, cop_noise=0.001, least_force=2.0, rate=BUS),
+        "cheap": FootSensors(force_noise=2.0, scale_error=0.1, cop_noise=0.003, least_force=5.0, rate=BUS),
     }
 )
-"""Typical: strain-gauge cells under each sole; figures of ours for feet of 3 kg load. Cheap: four thick-film sensors
-under each sole, such as Tekscan FlexiForce A201, whose linearity is 3 %, repeatability 2.5 % and hysteresis 4.5 % of
-full scale."""
+"""Typical: strain-gauge cells under each sole; 0.5 N, 3 % and 1 mm are our guess for feet of 3 kg load. Cheap: four
+thick-film sensors under each sole, such as Tekscan FlexiForce A201, whose linearity is 3 %, repeatability 2.5 % and
+hysteresis 4.5 % of full scale."""
 
 
 class Sensing(Strict):
@@ -248,6 +252,12 @@ class Sensing(Strict):
             raise conflict("sensing.latency", f"{self.latency!r} s must be a whole multiple of the {name}, {step!r} s")
         if not has_body and (self.preset != "exact" or self.estimates or self.at_drive):
             raise conflict("sensing", "the pendulum has no sensors and no drives; give latency and state_noise only")
+        if self.preset != "exact" and not self.estimates:
+            raise conflict(
+                "sensing.preset",
+                f"{self.preset!r} is of sensors, which the estimator 'truth' does not read; leave one of them out "
+                '(servo = "drive" alone is what drives need)',
+            )
         for table in ("joint", "imu", "foot"):
             figures = getattr(self, table)
             if not self.estimates and figures.model_fields_set:

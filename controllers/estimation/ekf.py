@@ -16,7 +16,7 @@ from controllers.estimation.contact import SoleContact
 from controllers.estimation.invariant_filter import InvariantFilter, Noise
 from controllers.estimation.joint_filter import JointFilter
 from controllers.estimation.look_ahead import BodyState, Held, NominalBody, acceleration_of, extrapolated
-from controllers.estimation.options import EkfOptions
+from controllers.estimation.options import LOOK_AHEAD, EkfOptions
 from controllers.estimation.push_observer import PushObserver
 from controllers.geometry.rotation import cross, from_quaternion, to_quaternion
 from controllers.interface import FootState, JointTargets, Observation
@@ -29,8 +29,6 @@ from models.robot import Robot
 
 Array = NDArray[np.float64]
 
-# Targets are remembered for that long [s], and no latency is made up for beyond it.
-_MEMORY = 0.1
 # Two times are one if they differ by less [s].
 _SAME_TIME = 1e-9
 # Standard deviation of yaw [rad], place [m] and speed [m/s] at the start, which are given.
@@ -103,10 +101,14 @@ class InvariantEkf:
         self._first = observation
 
     def estimate(self, readings: Sequence[Reading], targets: JointTargets | None, time: float) -> Observation:
-        """See `Estimator.estimate`. Until the first reading arrives, the state is that at the start."""
+        """See `Estimator.estimate`. Until the first reading arrives, the state is that at the start.
+
+        Raises:
+            OkiagariError: the readings are older than can be made up for.
+        """
         if targets is not None:
             self._sent.append((time - self._dt, targets))
-            while self._sent[0][0] < time - _MEMORY:
+            while self._sent[0][0] < time - LOOK_AHEAD - _SAME_TIME:
                 self._sent.popleft()
         before = self._taken
         for reading in readings:
@@ -115,9 +117,13 @@ class InvariantEkf:
             return replace(self._first, time=time)
         then = self._state()
         age = time - self._taken if self._options.latency is None else self._options.latency
-        age = min(age, _MEMORY)
         if self._options.predictor == "none" or age < _SAME_TIME:
             return self._observation(then.configuration, then.velocity, time)
+        if age > LOOK_AHEAD + _SAME_TIME:
+            raise OkiagariError(
+                f"sensing.latency: estimator 'ekf' makes up for {LOOK_AHEAD} s at most, and its readings are "
+                f'{age:g} s old; give it predictor = "none", or a shorter latency'
+            )
         if self._options.predictor == "extrapolate":
             return self._observation(*extrapolated(then, age), time)
         self._look_for_push(then, self._taken - before)

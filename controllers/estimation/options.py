@@ -9,6 +9,8 @@ from pydantic import Field, model_validator
 from controllers.fields import NotNegative, Strict, conflict
 
 Positive = Annotated[float, Field(gt=0)]
+LOOK_AHEAD = 0.1
+"""Latency that is made up for at most [s]: each tick simulates as many ticks again."""
 
 
 class EkfOptions(Strict):
@@ -38,8 +40,9 @@ class EkfOptions(Strict):
         predictor: how the state now follows from that when the readings were taken: it is taken to be the same
             ("none"), the joints go on at their speed ("extrapolate"), or the nominal body is simulated with the
             targets that were sent meanwhile ("simulate").
-        latency: how old the readings are taken to be [s]; by their time stamps if left out.
-        push_settling: time constant of the push observer [s], whose force the simulation applies.
+        latency: how old the readings are taken to be [s], at most `LOOK_AHEAD`; by their time stamps if left out.
+        push_settling: time constant of the push observer [s], whose force the simulation applies; at least that from
+            one state to the next is taken.
         push_threshold: force below which there is no push [N].
     """
 
@@ -62,7 +65,7 @@ class EkfOptions(Strict):
     sole_tilt: Positive = 0.005
     flat: Positive | None = None
     predictor: Literal["none", "extrapolate", "simulate"] = "simulate"
-    latency: NotNegative | None = None
+    latency: Annotated[NotNegative, Field(le=LOOK_AHEAD)] | None = None
     push_settling: Positive = 0.01
     push_threshold: NotNegative | None = None
 

@@ -83,5 +83,5 @@ class Sensors:
 
 
 def _steps(rate: float | None, physics: float) -> int:
-    """Physics steps from one sample to the next."""
-    return 1 if rate is None else round(1.0 / (rate * physics))
+    """Physics steps from one sample to the next; at least one, for nothing is measured between two."""
+    return 1 if rate is None else max(1, round(1.0 / (rate * physics)))

@@ -32,6 +32,14 @@ WRONG = {
         ["sensing.foot.rate", "2000.0"],
     ),
     "sensor that nobody reads": ("[sensing.imu]\ngyro_bias = 0.1\n", ["sensing.imu.gyro_bias", "'truth'"]),
+    "sensors that nobody reads": (
+        '[sensing]\npreset = "typical"\nestimator = "truth"\n',
+        ["sensing.preset", "'typical'", "'truth'", "servo"],
+    ),
+    "longer than is looked ahead": (
+        '[sensing]\npreset = "ideal"\nestimator = { name = "ekf", latency = 0.2 }\n',
+        ["sensing.estimator.latency", "0.2", "0.1"],
+    ),
     "unknown figure": (
         '[sensing]\npreset = "ideal"\n[sensing.joint]\ncount = 4096\n',
         ["sensing.joint.count", "'counts'"],
@@ -75,15 +83,18 @@ def test_presets_and_what_they_bring() -> None:
         assert (sensing.is_true, sensing.estimates, sensing.at_drive, sensing.who.name) == (False, True, True, "ekf")
         found = (sensing.joint_figures, sensing.imu_figures, sensing.foot_figures)
         assert found == (JOINT_PRESETS[preset], IMU_PRESETS[preset], FOOT_PRESETS[preset])
-    shown = load("quiet", {"sensing": {"preset": "typical", "estimator": "truth"}}).sensing
-    assert (shown.is_true, shown.estimates, shown.at_drive) == (True, False, True)
+
+
+def test_a_preset_s_sensors_are_read_at_their_rate_however_short_the_steps() -> None:
+    for preset in ("typical", "cheap"):
+        assert {presets[preset].rate for presets in (JOINT_PRESETS, IMU_PRESETS, FOOT_PRESETS)} == {1000.0}
 
 
 def test_cheaper_is_nowhere_better() -> None:
     for presets in (JOINT_PRESETS, IMU_PRESETS, FOOT_PRESETS):
         ideal, typical, cheap = (presets[name].model_dump() | {} for name in ("ideal", "typical", "cheap"))
         for name in set(typical) & set(cheap):
-            if name == "counts" or name.endswith("range"):
+            if name == "counts" or name == "rate" or name.endswith("range"):
                 assert cheap[name] <= typical[name]
             else:
                 assert cheap[name] >= typical[name] >= ideal.get(name, 0.0)

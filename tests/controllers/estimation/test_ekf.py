@@ -114,6 +114,19 @@ def test_before_the_first_reading_the_robot_is_where_it_was_given() -> None:
     assert ekf.estimate([], kept.targets[0], 0.002).time == 0.002
 
 
+def test_more_latency_than_it_can_make_up_for_is_refused_and_not_cut_short() -> None:
+    kept = record(1.2, 22.5, latency=0.004)
+    reading = next(one for arrived in kept.readings for one in arrived)
+    old = type(reading)(**{name: getattr(reading, name) for name in reading.__slots__} | {"time": 0.2})
+    ekf = estimator(kept.robot, kept.dt)
+    ekf.reset(kept.truth[0])
+    with pytest.raises(OkiagariError, match=r"sensing\.latency: .* 0\.1 s at most.* 0\.2 s old"):
+        ekf.estimate([old], kept.targets[0], reading.taken + 0.2)
+    content = estimator(kept.robot, kept.dt, predictor="none")
+    content.reset(kept.truth[0])
+    content.estimate([old], kept.targets[0], reading.taken + 0.2)
+
+
 def slowed(kept: Record, every: int) -> Record:
     """The same readings with encoders that answer every few of them only."""
     found, i, held = Record(kept.robot, kept.dt, kept.push, [], kept.truth, kept.targets), 0, None

@@ -178,6 +178,19 @@ def test_a_slow_sensor_holds_what_it_said() -> None:
     assert [len(many) for many in slow] == [1, 0, 0, 0, 0, 1, 0, 0, 0, 0]
 
 
+@pytest.mark.parametrize(("physics", "readings"), [(0.0005, 10), (0.001, 10), (0.002, 5)])
+def test_a_preset_s_sensors_are_read_a_thousand_times_a_second_if_the_physics_is_that_fine(
+    physics: float, readings: int
+) -> None:
+    asked = load("quiet", {"sensing": {"preset": "typical"}, "timing": {"physics": physics}})
+    world = HumanoidWorld(asked, ROBOT)
+    sensors = Sensors(asked, ROBOT, world.physics.model.ptr, world.physics.data.ptr)
+    world.physics.watch(sensors.sample)
+    world.physics.step(round(0.01 / physics))
+    found = sensors.arrived(round(0.01 / physics), 0.01)
+    assert len(found) == len({one.gyro.tobytes() for one in found}) == readings
+
+
 def test_the_seed_decides_and_no_sensor_disturbs_another() -> None:
     first, again, other = said(preset="typical"), said(preset="typical"), said(1, preset="typical")
     quiet = said(preset="typical", foot={"force_noise": 0.0})
