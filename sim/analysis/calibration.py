@@ -1,4 +1,4 @@
-"""How likely a push is recovered from, by the slacks at its end: fitted to a sweep, kept in a small file, and asked.
+"""How likely a push is recovered from, by the slacks at its end: fitted to a sweep, and asked.
 
 The logarithm of the odds is linear in the slack of steps and in that of standing [cm]. A slack that could not be asked,
 as that of standing is while a foot is in the air, counts as 0, the rim of its set. More slack cannot make recovery less
@@ -7,10 +7,9 @@ likely: a slack that a few odd pushes make it seem so of says nothing, and is le
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from models.errors import InputError, one_line
+from models.errors import InputError
 from sim.analysis.frame import crashed, each_push, groups, is_finished, load_rows, recovered, reference_rows
 from sim.analysis.statistics import fit_logistic, is_parted
 from sim.results.table import read_sweep
@@ -32,8 +31,11 @@ RIDGE = 0.1
 """Weight of the squared slopes [1/cm] where the slacks part the outcomes and there is no largest likelihood: as if each
 slope were normal with a standard deviation of 3.2 per cm."""
 
-_KIND, _VERSION = "okiagari calibration", 1
-_SHIPPED = Path(__file__).resolve().parents[2] / "baselines"
+EXACT = "exact"
+"""What `senses` calls the true state of a body that is as its file says."""
+
+_WHO = ("robot", "world", "controller")
+_SEEN = ("sensing", "latency", "noise_position", "noise_velocity", "body_error")
 _TERMS = {"stepping": "tracking", "standing": "regulator"}
 # Slacks beyond this [cm], among them that of no step within reach, say no more than it does.
 _LIMIT = 20.0
@@ -51,6 +53,7 @@ class Model:
         world: humanoid or pendulum.
         controller: its name.
         source: hash of the controller's file; None for one that is built in.
+        senses: what the controllers saw in the pushes that it was fitted to, in the words of `senses`.
         terms: the slacks that it goes by, "stepping" or "standing".
         coefficients: of 1 and of each term [1/cm], in logarithms of odds.
         covariance: of the coefficients, as rows.
@@ -64,6 +67,7 @@ class Model:
     world: str
     controller: str
     source: str | None
+    senses: str
     terms: tuple[str, ...]
     coefficients: tuple[float, ...]
     covariance: tuple[tuple[float, ...], ...]
@@ -73,7 +77,7 @@ class Model:
 
     def __post_init__(self) -> None:
         """Check that the numbers fit each other; raises `ValueError`."""
-        named = (self.robot, self.robot_hash, self.world, self.controller, self.source or "", *self.terms)
+        named = (self.robot, self.robot_hash, self.world, self.controller, self.senses, self.source or "", *self.terms)
         counted = (self.episodes, self.recovered, self.ridge)
         if not all(isinstance(one, str) for one in named) or not all(isinstance(one, int | float) for one in counted):
             raise ValueError("a name is no text, or a count no number")
@@ -91,18 +95,14 @@ class Model:
         rows[np.isnan(slacks).all(axis=1)] = np.nan
         return rows
 
+    @property
+    def who(self) -> tuple[str, str, str]:
+        """Robot, world and controller."""
+        return self.robot, self.world, self.controller
+
     def probability(self, design: Array) -> Array:
         """Of recovery, (n,), for rows of `design`."""
         return np.asarray(expit(design @ np.array(self.coefficients)), dtype=np.float64)
-
-    def is_of(self, frame: pd.DataFrame) -> pd.Series:
-        """Which rows (n,) it speaks of."""
-        return (
-            (frame["robot"] == self.robot)
-            & (frame["world"] == self.world)
-            & (frame["controller"] == self.controller)
-            & ~crashed(frame)
-        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +115,7 @@ class Calibration:
         seed: the suite's.
         anyway: whether the suite was one that is not for tuning.
         commit: of Okiagari when the sweep began.
-        models: one for each robot, world and controller.
+        models: one for each robot, world, controller and what it saw.
     """
 
     suite: str
@@ -151,8 +151,9 @@ def calibrate(folder: Path, *, anyway: bool = False) -> Calibration:
             f"{str(folder)!r}: its suite {sweep['name']!r} {why}; calibrate by a suite of a seed from {TUNING_SEED} on "
             "that is not held out, or pass --anyway"
         )
-    pushes = reference_rows(each_push(rows), sweep)
-    keys = ["robot", "world", "controller"]
+    pushes = reference_rows(each_push(rows), sweep).copy()
+    pushes["senses"] = senses(pushes)
+    keys = [*_WHO, "senses"]
     found = [_fit(dict(zip(keys, values, strict=True)), members, sweep) for values, members in groups(pushes, keys)]
     models = tuple(model for model in found if model is not None)
     if not models:
@@ -169,59 +170,6 @@ def calibrate(folder: Path, *, anyway: bool = False) -> Calibration:
     )
 
 
-def as_text(calibration: Calibration) -> str:
-    """The file; the same calibration makes the same bytes."""
-    content = {"kind": _KIND, "version": _VERSION, **asdict(calibration)}
-    return json.dumps(content, indent=1, allow_nan=False) + "\n"
-
-
-def read_calibration(path: Path) -> Calibration:
-    """Read a file of `as_text`; raises `InputError` if it is missing or damaged."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except (ValueError, RecursionError):
-        content = None
-    if not isinstance(content, dict) or (content.pop("kind", None), content.pop("version", None)) != (_KIND, _VERSION):
-        raise InputError(f"{path}: not a calibration of this version of Okiagari; make one with 'okiagari calibrate'")
-    try:
-        models = tuple(
-            Model(**one | {"terms": tuple(one["terms"]), "covariance": tuple(map(tuple, one["covariance"]))})
-            for one in content.pop("models")
-        )
-        return Calibration(**content, models=models)
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(
-            f"{path}: damaged calibration: {one_line(error)}; make it anew with 'okiagari calibrate'"
-        ) from None
-
-
-def calibrations_for(sweep: Mapping[str, Any], path: Path | None = None) -> list[Calibration]:
-    """The calibrations that fit a sweep's robots and controllers, each with those of its models that do.
-
-    Args:
-        sweep: what `sweep.json` says of it.
-        path: of a calibration; None for those of the checkout.
-
-    Raises:
-        InputError: if the file cannot be read, or none of its models fits.
-    """
-    paths = sorted(_SHIPPED.glob("calibration-*.json")) if path is None else [path]
-    fitting = []
-    for one in map(read_calibration, paths):
-        reasons = [_stranger(model, sweep) for model in one.models]
-        models = tuple(model for model, why in zip(one.models, reasons, strict=True) if not why)
-        if models:
-            fitting.append(replace(one, models=models))
-        elif path is not None:
-            raise InputError(
-                f"{path}: {reasons[0] if reasons else 'holds no model'}; make one of this robot and "
-                "controller with 'okiagari calibrate'"
-            )
-    return fitting
-
-
 def probabilities(frame: pd.DataFrame, calibrations: Iterable[Calibration]) -> pd.Series:
     """Of recovery, by the slacks at the end of the push; NaN for rows that no model speaks of, and for whole trains.
 
@@ -230,29 +178,45 @@ def probabilities(frame: pd.DataFrame, calibrations: Iterable[Calibration]) -> p
         calibrations: that fit it.
     """
     told = pd.Series(math.nan, frame.index)
-    for model in (model for one in calibrations for model in one.models):
-        own = model.is_of(frame)
+    models = [model for one in calibrations for model in one.models]
+    for model, own in zip(models, spoken_of(frame, models), strict=True):
         told[own] = model.probability(model.design(frame[own]))
     return told
 
 
-def _stranger(model: Model, sweep: Mapping[str, Any]) -> str:
-    """Why a model says nothing of a sweep; empty if it does."""
-    robots, controllers = sweep.get("robots") or {}, sweep.get("controllers") or {}
-    if model.robot not in robots:
-        return f"is of the robot {model.robot!r}, the sweep of {', '.join(robots) or 'none that it names'}"
-    if robots[model.robot] != model.robot_hash:
-        return (
-            f"is of the robot {model.robot!r} with the hash {model.robot_hash[:12]}, the sweep's has "
-            f"{robots[model.robot][:12]}"
-        )
-    if model.controller not in controllers:
-        return f"is of the controller {model.controller!r}, the sweep of {', '.join(controllers)}"
-    source = controllers[model.controller].get("source")
-    if source != model.source:
-        then, now = (f"the hash {one[:12]}" if one else "no file" for one in (model.source, source))
-        return f"is of the controller {model.controller!r} with {then}, the sweep's has {now}"
-    return ""
+def spoken_of(frame: pd.DataFrame, models: Sequence[Model]) -> list[pd.Series]:
+    """Which rows (n,) each model speaks of, but for those that crashed.
+
+    They are of its robot, world and controller, and were seen as the pushes that it was fitted to. What was seen as
+    none of these models' pushes were is left to that of the exact state, or else to the first, for want of a better.
+    """
+    seen, whole = senses(frame), ~crashed(frame)
+    mine = [
+        (frame["robot"] == model.robot) & (frame["world"] == model.world) & (frame["controller"] == model.controller)
+        for model in models
+    ]
+    found = []
+    for model, own in zip(models, mine, strict=True):
+        kin = [one for one in models if one.who == model.who]
+        rows = seen == model.senses
+        if model is next((one for one in kin if one.senses == EXACT), kin[0]):
+            rows |= ~seen.isin([one.senses for one in kin])
+        found.append(own & rows & whole)
+    return found
+
+
+def senses(frame: pd.DataFrame) -> pd.Series:
+    """What the controllers saw in each row (n,) and of what body, in words: "typical, 4 ms late, body errors x 1"."""
+    return frame[[*_SEEN]].apply(_in_words, axis=1).astype(str) if len(frame) else pd.Series(dtype=str)
+
+
+def _in_words(row: pd.Series) -> str:
+    parts = [str(row["sensing"])]
+    parts += [f"{1e3 * row['latency']:g} ms late"] if row["latency"] else []
+    parts += [f"{1e3 * row['noise_position']:g} mm of noise"] if row["noise_position"] else []
+    parts += [f"{1e2 * row['noise_velocity']:g} cm/s of noise"] if row["noise_velocity"] else []
+    parts += [f"body errors x {row['body_error']:g}"] if row["body_error"] else []
+    return ", ".join(parts)
 
 
 def _not_for_tuning(sweep: Mapping[str, Any]) -> str:
@@ -288,6 +252,7 @@ def _fit(who: Mapping[str, Any], frame: pd.DataFrame, sweep: Mapping[str, Any]) 
                 robot_hash=str((sweep.get("robots") or {}).get(who["robot"])),
                 world=who["world"],
                 controller=who["controller"],
+                senses=who["senses"],
                 source=((sweep.get("controllers") or {}).get(who["controller"]) or {}).get("source"),
                 terms=terms,
                 coefficients=tuple(coefficients.tolist()),

@@ -13,7 +13,7 @@ from statsmodels.discrete.discrete_model import Logit
 from statsmodels.tools import add_constant
 from statsmodels.tools.sm_exceptions import ConvergenceWarning
 
-from sim.analysis.calibration import Calibration, Model
+from sim.analysis.calibration import Calibration, Model, senses, spoken_of
 from sim.analysis.frame import crashed, groups, recovered
 from sim.analysis.statistics import ALPHA, auc, brier, rate, rate_of
 
@@ -115,39 +115,46 @@ def prediction_score(
         "scores": [entry for what, members in parts for entry in _scores(what, members)],
         "regions": [entry for what, members in parts for entry in _regions(what, members)],
         "slack": {world: by_slack(members) for world, members in worlds.items()},
-        "probability": [
-            {
+        "probability": list(_probabilities(frame, calibrations, suite_hash)),
+    }
+
+
+def _probabilities(
+    frame: pd.DataFrame, calibrations: Sequence[Calibration], suite_hash: str | None
+) -> Iterator[dict[str, Any]]:
+    models = [(one, model) for one in calibrations for model in one.models]
+    rows = spoken_of(frame, [model for _, model in models])
+    for (one, model), own in zip(models, rows, strict=True):
+        found = probability_score(frame[own], model)
+        if found is not None:
+            yield {
                 "robot": model.robot,
                 "world": model.world,
                 "controller": model.controller,
+                "senses": sorted(set(senses(frame[own]))),
                 "by": {
                     "suite": one.suite,
                     "seed": one.seed,
                     "commit": one.commit,
                     "anyway": one.anyway,
+                    "senses": model.senses,
                     "episodes": model.episodes,
                     "ridge": model.ridge,
-                    "same_suite": one.suite_hash == suite_hash,
+                    "same_suite": one.suite_hash == suite_hash and set(senses(frame[own])) == {model.senses},
                 },
                 **found,
             }
-            for one in calibrations
-            for model in one.models
-            if (found := probability_score(frame, model)) is not None
-        ],
-    }
 
 
 def probability_score(frame: pd.DataFrame, model: Model) -> dict[str, Any] | None:
-    """How the probabilities of a model came true; None if it gives no push one.
+    """How the probabilities of a model came true in rows that it speaks of; None if it gives no push one.
 
     `brier` is beside `brier_base`, that of who knows only how many were recovered here; `expected` are so many
     recoveries, with the interval that chance and the doubt in the coefficients leave; `bins` are tenths of the
     probability, each with its mean and what was recovered; `false_safe` and `false_alarm` are as of a set, with what
     has even odds or better being safe.
     """
-    own = frame[model.is_of(frame)]
-    design, well = model.design(own), recovered(own).to_numpy(float)
+    design, well = model.design(frame), recovered(frame).to_numpy(float)
     known = np.isfinite(design).all(axis=1)
     design, well = design[known], well[known]
     if not len(well):
@@ -161,7 +168,7 @@ def probability_score(frame: pd.DataFrame, model: Model) -> dict[str, Any] | Non
     tenth = np.minimum((told * _TENTHS).astype(int), _TENTHS - 1)
     return {
         "n": len(well),
-        "without": len(own) - len(well),
+        "without": len(frame) - len(well),
         "recovered": rate(count, len(well)),
         "expected": {"count": float(told.sum()), "interval": ends.tolist()},
         "brier": brier(told, well),

@@ -12,7 +12,8 @@ import numpy as np
 import pandas as pd
 
 from sim.analysis.ablation import ablation
-from sim.analysis.calibration import Calibration, calibrations_for
+from sim.analysis.calibration import Calibration
+from sim.analysis.calibration_files import calibrations_for
 from sim.analysis.endurance import endurance
 from sim.analysis.frame import (
     CASE_COLUMNS,
@@ -25,7 +26,6 @@ from sim.analysis.frame import (
     reference_rows,
     varying,
 )
-from sim.analysis.holes import holes
 from sim.analysis.motor_summary import motor_use
 from sim.analysis.prediction_score import prediction_score, sector
 from sim.analysis.push_limits import push_limits

@@ -1,21 +1,28 @@
-"""Robust recoverable push: by direction, the change of velocity below which pushes are recovered again and again."""
+"""Robust recoverable push: by direction, the change of velocity below which pushes are recovered again and again.
+
+And its holes: pushes that fell the robot although they are far weaker.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from sim.analysis.frame import DIGITS, groups, plain, recovered, varying
+from sim.analysis.frame import DIGITS, crashed, groups, plain, records, recovered, varying
 
 ROBUST_SHARE = 0.8
 """Share of a level's replicas that must be recovered."""
+HOLE_SHARE = 0.75
+"""Share of its direction's robust threshold below which a push that is lost is a hole."""
 
 _SERIES = ["controller", "direction_deg"]
-# 4 of 5 as a float must count as 0.8.
+_LOST = ["episode", "controller", "direction_deg", "replica", "delta_v", "outcome", "reason"]
+# 4 of 5 as a float must count as 0.8, and three quarters of a level that is a decimal fraction may be a level itself.
 _ROUNDING = 1e-9
 
 
@@ -134,3 +141,24 @@ def _scale(frame: pd.DataFrame, column: str) -> pd.Series:
     """What a change of velocity is multiplied by to be that of `column`; NaN where the row does not say."""
     scale = frame[column] / frame["delta_v"]
     return scale.where(np.isfinite(scale) & (frame[column] > 0.0))
+
+
+def holes(frame: pd.DataFrame, robust: Sequence[Threshold]) -> list[dict[str, Any]]:
+    """Every episode, of any replica, that was lost below `HOLE_SHARE` of its robust threshold.
+
+    One that crashed is not lost: nobody knows how its push would have ended.
+
+    Args:
+        frame: a table.
+        robust: its thresholds.
+    """
+    if not robust:
+        return []
+    lost = dict(groups(frame[~recovered(frame) & ~crashed(frame)], ["controller", "direction_deg", *robust[0].case]))
+    found = []
+    for one in robust:
+        members = lost.get((one.controller, one.direction_deg, *one.case.values()), frame[:0])
+        for row in records(members.loc[members["delta_v"] < HOLE_SHARE * one.delta_v - _ROUNDING, _LOST]):
+            case = {"case": one.case} if one.case else {}
+            found.append({**row, **case, "of_threshold": row["delta_v"] / one.delta_v})
+    return sorted(found, key=lambda entry: (entry["controller"], entry["of_threshold"], entry["episode"]))

@@ -81,7 +81,8 @@ def episodes(
 ) -> None:
     """List the episodes of a sweep with their names, what was asked, how they ended, and how to see them again."""
     from models.errors import InputError
-    from sim.analysis.calibration import calibrations_for, probabilities
+    from sim.analysis.calibration import probabilities
+    from sim.analysis.calibration_files import calibrations_for
     from sim.analysis.frame import load_rows, records
     from sim.presenter.episode_section import episode_section
     from sim.presenter.render import print_sections

@@ -21,7 +21,7 @@ CalibrationOption = Annotated[
     typer.Option(
         metavar="FILE",
         help="Of 'okiagari calibrate': gives each push a probability.",
-        show_default="baselines/calibration-ROBOT.json of the checkout, if it fits",
+        show_default="baselines/calibration-*.json of the checkout, where they fit",
     ),
 ]
 """Which calibration gives the probabilities."""
@@ -165,8 +165,8 @@ def calibrate(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file if there is one.")] = False,
 ) -> None:
     """Fit how likely recovery is by the slacks at the end of a push, and write it to a small text file."""
-    from sim.analysis.calibration import as_text
     from sim.analysis.calibration import calibrate as fit
+    from sim.analysis.calibration_files import as_text
     from sim.presenter.prediction_section import model_words
     from sim.results.out_file import write_file
 

@@ -87,8 +87,8 @@ def model_words(model: Model) -> str:
     slopes = (f"{value:+.3f} ± {math.sqrt(row[at]):.3f} per cm of slack of {term}" for term, value, row, at in parts)
     ridge = f"; a ridge of {model.ridge:g} holds what the slacks part" if model.ridge else ""
     return (
-        f"{model.controller} on {model.robot}, {model.world}: {model.recovered} of {model.episodes} recovered; "
-        f"log odds {model.coefficients[0]:+.2f} ± {math.sqrt(model.covariance[0][0]):.2f}, {', '.join(slopes)}{ridge}"
+        f"{model.controller} on {model.robot}, {model.world}, {model.senses}: {model.recovered} of {model.episodes} "
+        f"recovered; log odds {model.coefficients[0]:+.2f} ± {math.sqrt(model.covariance[0][0]):.2f}, {', '.join(slopes)}{ridge}"
     )
 
 
@@ -107,6 +107,7 @@ def _probabilities(summary: Summary, found: list[Entry]) -> Iterator[dict[Any, s
         yield {
             "controller": label(summary, one["controller"]),
             "world": one["world"],
+            "senses": "; ".join(one["senses"]),
             "pushes": str(one["n"]),
             ("recovered", "expected [95 %]"): f"{one['expected']['count']:.0f} [{low:.0f}, {high:.0f}]",
             ("recovered", "observed"): str(one["recovered"]["count"]),
@@ -124,8 +125,10 @@ def _provenance(one: Entry) -> str:
     """What the probabilities were fitted to."""
     by = one["by"]
     words = (
-        f"Fitted to {by['episodes']} pushes of the suite {by['suite']}, seed {by['seed']}, commit {by['commit'][:12]}"
+        f"Fitted to {by['episodes']} pushes of the suite {by['suite']}, seed {by['seed']}, commit {by['commit'][:12]}, "
+        f"senses: {by['senses']}"
     )
+    words += "; those here differ" if one["senses"] != [by["senses"]] else ""
     words += f", with a ridge of {by['ridge']:g} since the slacks part some of them" if by["ridge"] else ""
     words += "; not a suite for tuning" if by["anyway"] else ""
     words += "; these very pushes, so that the score flatters" if by["same_suite"] else ""

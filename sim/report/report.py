@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from scenarios.suite_catalogue import shipped as shipped_suites
 from sim.analysis.baseline import of_sweep, read_baseline
-from sim.analysis.calibration import calibrations_for
+from sim.analysis.calibration_files import calibrations_for
 from sim.analysis.check import Comparison, compare, describe, replay_command
 from sim.analysis.frame import each_push, load_rows, recovered, reference_rows
 from sim.analysis.summary import summarise

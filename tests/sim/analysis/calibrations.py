@@ -26,7 +26,7 @@ def pushed(
     return one | {"in_regulator_set_end": standing is not None and standing >= 0.0}
 
 
-def drawn(count: int, seed: int) -> list[dict[str, Any]]:
+def drawn(count: int, seed: int, **parameters: Any) -> list[dict[str, Any]]:
     """Pushes that are recovered by a known law; every other one ends with a foot in the air."""
     rng = np.random.default_rng(seed)
     rows = []
@@ -35,7 +35,7 @@ def drawn(count: int, seed: int) -> list[dict[str, Any]]:
         known = number % 2 == 0
         odds = LEVEL + SLOPE * stepping + (UPRIGHT * standing if known else 0.0)
         well = bool(rng.random() < 1.0 / (1.0 + math.exp(-odds)))
-        rows.append(pushed(0.01 * stepping, 0.01 * standing if known else None, well=well, number=number))
+        rows.append(pushed(0.01 * stepping, 0.01 * standing if known else None, well=well, number=number, **parameters))
     return rows
 
 
@@ -47,6 +47,7 @@ def simple(level: float = 0.0, slope: float = 1.0, **changes: Any) -> Model:
         world="humanoid",
         controller="supervisor",
         source=None,
+        senses="exact",
         terms=("stepping",),
         coefficients=(level, slope),
         covariance=((0.0, 0.0), (0.0, 0.0)),

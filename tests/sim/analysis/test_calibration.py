@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from models.errors import InputError
-from sim.analysis.calibration import calibrate, probabilities
+from sim.analysis.calibration import EXACT, calibrate, probabilities, senses
 from sim.analysis.prediction_score import prediction_score
 from sim.analysis.statistics import fit_logistic, is_parted
 from sim.analysis.summary import summarise
@@ -104,3 +104,37 @@ def test_each_push_of_a_train_has_its_own(tmp_path: Path) -> None:
     (entry,) = summarise(frame(rows), sweep_facts(rows), [of(simple())])["prediction_score"]["probability"]
     assert entry["n"] == 4 + 6 + 5 + 7
     assert entry["recovered"]["count"] == 18
+
+
+REAL = {"sensing": "typical", "latency": 0.004, "body_error": 1.0}
+WORDS = "typical, 4 ms late, body errors x 1"
+
+
+def test_what_was_seen_is_told_in_words() -> None:
+    noisy = {"noise_position": 0.001, "noise_velocity": 0.02}
+    rows = [pushed(0.01, None, well=True, **seen) for seen in ({}, REAL, noisy)]
+    assert senses(frame(rows)).tolist() == [EXACT, WORDS, "exact, 1 mm of noise, 2 cm/s of noise"]
+
+
+def test_each_senses_have_their_own_law(tmp_path: Path) -> None:
+    rows = [*drawn(300, 3), *drawn(300, 3, **REAL)]
+    exact, real = calibrate(folder_of(tmp_path / "sweep", rows, **TUNING)).models
+    assert (exact.senses, real.senses) == (EXACT, WORDS)
+    assert exact.coefficients == pytest.approx(real.coefficients)
+
+
+def test_a_push_is_told_by_the_law_of_its_senses_or_for_want_of_one_of_the_exact_state() -> None:
+    late = REAL | {"latency": 0.01}
+    rows = [pushed(0.0, None, well=True, number=i, **seen) for i, seen in enumerate(({}, REAL, late))]
+    table = frame(rows)
+    laws = [of(simple(2.0, senses=WORDS)), of(simple(1.0))]
+    told = 1.0 / (1.0 + np.exp([-1.0, -2.0, -1.0]))
+    assert probabilities(table, laws).tolist() == pytest.approx(told.tolist())
+    assert probabilities(table, laws[:1]).tolist() == pytest.approx(3 * [told[1]])
+    real, exact = prediction_score(table, laws)["probability"]
+    assert (real["senses"], real["by"]["senses"], real["n"]) == ([WORDS], WORDS, 1)
+    assert (exact["senses"], exact["by"]["senses"], exact["n"]) == (
+        [EXACT, "typical, 10 ms late, body errors x 1"],
+        EXACT,
+        2,
+    )

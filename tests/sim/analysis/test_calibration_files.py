@@ -10,7 +10,8 @@ import pytest
 
 from models.errors import InputError
 from models.robot import load_robot
-from sim.analysis.calibration import as_text, calibrate, calibrations_for
+from sim.analysis.calibration import EXACT, calibrate
+from sim.analysis.calibration_files import as_text, calibrations_for
 from sim.analysis.summary import summary_of
 from sim.report.report import write_report
 from tests.sim.analysis.calibrations import HASH, TUNING, drawn, of, pushed, simple
@@ -63,6 +64,8 @@ def test_a_calibration_of_another_robot_is_refused_in_a_line(tmp_path: Path) -> 
         lambda one: one["models"][0].update(terms=["sitting"]),
         lambda one: one["models"][0].update(robot=["utmu2"]),
         lambda one: one["models"][0].update(source=3),
+        lambda one: one["models"][0].pop("senses"),
+        lambda one: one.update(version=1),
         lambda one: one["models"][0].update(ridge="much"),
         lambda one: one.update(commit=None),
         lambda one: one.update(models=3),
@@ -124,11 +127,16 @@ def test_commands_fit_tell_and_show(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert own["by"]["same_suite"]
 
 
-def test_the_shipped_calibration_is_of_the_robot_as_it_is() -> None:
+def test_the_shipped_calibrations_are_of_the_robot_as_it_is() -> None:
     robot = load_robot("utmu2")
     sweep = {"robots": {"utmu2": robot.sha256}, "controllers": {"supervisor": {"source": None}}}
-    (one,) = calibrations_for(sweep)
-    assert one.seed >= 1000
-    assert not one.anyway
-    # More slack is safer.
-    assert one.models[0].coefficients[1] > 0.0
+    shipped = calibrations_for(sweep)
+    assert {model.senses for one in shipped for model in one.models} == {
+        EXACT,
+        "typical, 4 ms late, body errors x 1",
+    }
+    for one in shipped:
+        assert one.seed >= 1000
+        assert not one.anyway
+        # More slack is safer.
+        assert one.models[0].coefficients[1] > 0.0

@@ -9,10 +9,9 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from sim.analysis.holes import HOLE_SHARE, holes
 from sim.analysis.motor_summary import motor_use
 from sim.analysis.summary import summarise
-from sim.analysis.thresholds import thresholds
+from sim.analysis.thresholds import HOLE_SHARE, holes, thresholds
 from sim.presenter.render import print_sections
 from sim.presenter.sections import sections
 from sim.report.report import REPORT, write_report
