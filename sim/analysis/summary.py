@@ -31,7 +31,7 @@ from sim.analysis.prediction_score import prediction_score, sector
 from sim.analysis.push_limits import push_limits
 from sim.analysis.sight import sight
 from sim.analysis.statistics import rate, rate_of
-from sim.analysis.thresholds import Threshold, thresholds
+from sim.analysis.thresholds import Threshold, holes, thresholds
 from sim.results.appearance import looks
 from sim.results.table import read_sweep, write_bytes
 

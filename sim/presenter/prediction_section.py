@@ -86,9 +86,10 @@ def model_words(model: Model) -> str:
     parts = zip(model.terms, model.coefficients[1:], model.covariance[1:], range(1, 3), strict=False)
     slopes = (f"{value:+.3f} ± {math.sqrt(row[at]):.3f} per cm of slack of {term}" for term, value, row, at in parts)
     ridge = f"; a ridge of {model.ridge:g} holds what the slacks part" if model.ridge else ""
+    level = f"log odds {model.coefficients[0]:+.2f} ± {math.sqrt(model.covariance[0][0]):.2f}"
     return (
         f"{model.controller} on {model.robot}, {model.world}, {model.senses}: {model.recovered} of {model.episodes} "
-        f"recovered; log odds {model.coefficients[0]:+.2f} ± {math.sqrt(model.covariance[0][0]):.2f}, {', '.join(slopes)}{ridge}"
+        f"recovered; {level}, {', '.join(slopes)}{ridge}"
     )
 
 
