@@ -10,6 +10,9 @@ import pytest
 from controllers.gains import dcm
 from controllers.supervisor.regulator import Regulator
 from controllers.supervisor.step_trigger import SETTLING, SURE, StepTrigger
+from scenarios.catalogue import load
+from sim.episode.episode import run_episode
+from sim.record.outcome import Result
 from tests.controllers.stances import PENDULUM, foot
 
 REGULATOR = Regulator.at(PENDULUM, (dcm(PENDULUM, 1.1),), {"left": foot(0.0, 0.05), "right": foot(0.0, -0.05)})
@@ -56,14 +59,26 @@ def test_a_step_is_due_outside_the_sets_or_surely_soon() -> None:
 
 def test_noise_of_the_velocity_leaves_little_of_the_rate() -> None:
     rng, lead = np.random.default_rng(7), 0.1
-    noisy, smooth = StepTrigger(0.002, lead), StepTrigger(0.002, lead)
-    noisy_rates, smooth_rates = [], []
+    noisy, smooth, hasty = (StepTrigger(0.002, lead, steady=steady) for steady in (True, True, False))
+    noisy_rates, smooth_rates, hasty_rates = [], [], []
     for tick in range(1000):
         way = np.array([0.1 * 0.002 * tick, 0.0])  # 0.1 m/s
-        noisy.see(way + rng.normal(0.0, 0.02 / 6.14, 2))
+        seen = way + rng.normal(0.0, 0.02 / 6.14, 2)
+        noisy.see(seen)
         smooth.see(way)
+        hasty.see(seen)
+        hasty_rates.append(hasty.rate)
         noisy_rates.append(noisy.rate)
         smooth_rates.append(smooth.rate)
     assert np.allclose(smooth_rates[100:], [0.1, 0.0], atol=1e-9)
-    # Extrapolated, three sigma of it are within what a step has to be sure of; a share of 0.3 would leave 0.53 m/s.
+    # Extrapolated, three sigma of it are within what a step has to be sure of.
     assert 3 * lead * float(np.std(noisy_rates[200:], axis=0).max()) < 1.5 * SURE
+    # One that does not heed the noise is left with 0.53 m/s of it, and sure of steps that are not due.
+    assert 3 * lead * float(np.std(hasty_rates[200:], axis=0).min()) > 3 * SURE
+
+
+@pytest.mark.parametrize("steady", [True, False])
+def test_a_scenario_decides_whether_noise_is_heeded_and_hasty_steps_end_in_no_rest(steady: bool) -> None:
+    noisy = {"world": "pendulum", "duration": 4.0, "sensing": {"state_noise": {"velocity": 0.02}}}
+    result = run_episode(load("quiet", noisy | {"stepping": {"steady_trigger": steady}}), polygons=False)
+    assert (result.outcome.result is Result.RECOVERED) is steady

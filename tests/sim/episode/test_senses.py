@@ -220,6 +220,19 @@ def test_at_4_ms_hard_pushes_are_survived_by_drives_on_their_own_encoders() -> N
     assert recovered["state"] <= 1
 
 
+def test_by_sensors_4_ms_late_on_a_body_that_is_not_the_model_hard_pushes_are_survived_by_the_estimator() -> None:
+    plain = {"preset": "typical", "latency": 0.004}
+    for sensing, survives in (
+        (plain, True),
+        (plain | {"servo": "state", "estimator": {"name": "ekf", "predictor": "none"}}, False),
+    ):
+        for direction in (67.5, 112.5, 247.5):
+            push = {"start": 0.3, "direction": direction, "delta_v": 1.7 * omega_d(direction)}
+            asked = {"seed": 1000, "sensing": sensing, "body": {"scale": 1.0}, "pushes": [push], "duration": 4.0}
+            result = run_episode(load("quiet", asked), polygons=False)
+            assert (result.outcome.time_of_fall is None) is survives, (sensing, direction)
+
+
 def omega_d(direction: float) -> float:
     angle = np.radians(direction)
     return ROBOT.omega * edge_distance(ROBOT, np.array([np.cos(angle), np.sin(angle)]))
