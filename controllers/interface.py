@@ -251,16 +251,13 @@ class JointController(Protocol):
     """A controller at joint level, for instance a trained policy: `Class(setting, options)`.
 
     It takes the place of everything from the supervisor to the servos, so that no whole-body layer is built. It is
-    named like a balance controller, and may have the same members beside.
+    named like a balance controller, and may have the same members beside; a method `reset(seed)` begins an episode.
 
     Attributes:
         period: time from one question to the next, a whole multiple of the control period [s].
     """
 
     period: float
-
-    def reset(self, seed: int) -> None:
-        """Begin an episode with this seed."""
 
     def targets(self, observation: Observation) -> JointTargets:
         """What the servos shall hold until the next question, given what is seen."""

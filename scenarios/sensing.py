@@ -224,12 +224,14 @@ class Sensing(Strict):
         """Those of the soles, with the preset's."""
         return self.foot.over(FOOT_PRESETS[self.preset])
 
-    def as_run(self) -> dict[str, Any]:
-        """Every figure with the preset's filled in, of JSON types."""
+    def as_run(self, physics: float) -> dict[str, Any]:
+        """Every figure with the preset's filled in, and the rates that come of a physics step [s]; of JSON types."""
         figures = {"joint": self.joint_figures, "imu": self.imu_figures, "foot": self.foot_figures}
         filled = {
             table: {name: getattr(found, name) for name in type(found).model_fields} for table, found in figures.items()
         }
+        for found in filled.values():
+            found["rate"] = 1.0 / (steps_between(found["rate"], physics) * physics)
         return {
             **self.model_dump(mode="json", exclude_none=True),
             **(filled if self.estimates else {}),
@@ -270,6 +272,11 @@ class Sensing(Strict):
                 )
         if self.estimates and self.state_noise != StateNoise():
             raise conflict("sensing.state_noise", "is of the true state, which an estimator does not see; leave it out")
+
+
+def steps_between(rate: float | None, physics: float) -> int:
+    """Physics steps [s] from one sample to the next; at least one, for nothing is measured between two."""
+    return 1 if rate is None else max(1, round(1.0 / (rate * physics)))
 
 
 def _is_whole(steps: float, least: int = 0) -> bool:

@@ -24,7 +24,7 @@ from controllers.multibody.tree import Records
 from controllers.senses import Reading
 from controllers.whole_body.measured_body import MeasuredBody
 from models.arena import SIDES
-from models.errors import OkiagariError
+from models.errors import InputError, OkiagariError
 from models.robot import Robot
 
 Array = NDArray[np.float64]
@@ -104,7 +104,7 @@ class InvariantEkf:
         """See `Estimator.estimate`. Until the first reading arrives, the state is that at the start.
 
         Raises:
-            OkiagariError: the readings are older than can be made up for.
+            InputError: the readings are older than can be made up for.
         """
         if targets is not None:
             self._sent.append((time - self._dt, targets))
@@ -120,9 +120,9 @@ class InvariantEkf:
         if self._options.predictor == "none" or age < _SAME_TIME:
             return self._observation(then.configuration, then.velocity, time)
         if age > LOOK_AHEAD + _SAME_TIME:
-            raise OkiagariError(
-                f"sensing.latency: estimator 'ekf' makes up for {LOOK_AHEAD} s at most, and its readings are "
-                f'{age:g} s old; give it predictor = "none", or a shorter latency'
+            raise InputError(
+                f"sensing: the readings of 'ekf' are {age:g} s old, and it makes up for {LOOK_AHEAD} s at most; "
+                'give it predictor = "none", less latency, or faster sensors'
             )
         if self._options.predictor == "extrapolate":
             return self._observation(*extrapolated(then, age), time)

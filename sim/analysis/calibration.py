@@ -32,7 +32,7 @@ RIDGE = 0.1
 slope were normal with a standard deviation of 3.2 per cm."""
 
 EXACT = "exact"
-"""What `senses` calls the true state of a body that is as its file says."""
+"""What `senses` calls the true state, of a body without errors."""
 
 _WHO = ("robot", "world", "controller")
 _SEEN = ("sensing", "latency", "noise_position", "noise_velocity", "body_error")
@@ -206,17 +206,22 @@ def spoken_of(frame: pd.DataFrame, models: Sequence[Model]) -> list[pd.Series]:
 
 
 def senses(frame: pd.DataFrame) -> pd.Series:
-    """What the controllers saw in each row (n,) and of what body, in words: "typical, 4 ms late, body errors x 1"."""
-    return frame[[*_SEEN]].apply(_in_words, axis=1).astype(str) if len(frame) else pd.Series(dtype=str)
+    """What the controllers saw in each row (n,) and of what body, in words: "typical, 4 ms late, body errors x 1".
+
+    Estimators, drives and figures of sensors that replace the preset's are not told apart.
+    """
+    return frame[[*_SEEN, "dcm_error_rms"]].apply(_in_words, axis=1).astype(str) if len(frame) else pd.Series(dtype=str)
 
 
 def _in_words(row: pd.Series) -> str:
-    parts = [str(row["sensing"])]
-    parts += [f"{1e3 * row['latency']:g} ms late"] if row["latency"] else []
-    parts += [f"{1e3 * row['noise_position']:g} mm of noise"] if row["noise_position"] else []
-    parts += [f"{1e2 * row['noise_velocity']:g} cm/s of noise"] if row["noise_velocity"] else []
-    parts += [f"body errors x {row['body_error']:g}"] if row["body_error"] else []
-    return ", ".join(parts)
+    noise = f"{1e3 * row['noise_position']:g} mm", f"{1e2 * row['noise_velocity']:g} cm/s"
+    late = [f"{1e3 * row['latency']:g} ms late"] if row["latency"] > 0.0 else []
+    late += [f"{noise[0]} of noise"] if row["noise_position"] > 0.0 else []
+    late += [f"{noise[1]} of noise"] if row["noise_velocity"] > 0.0 else []
+    # Sensors without errors have no preset's name, and an estimator all the same.
+    estimated = row["sensing"] == EXACT and not late and row["dcm_error_rms"] >= 0.0
+    errors = [f"body errors x {row['body_error']:g}"] if row["body_error"] > 0.0 else []
+    return ", ".join(["estimated" if estimated else str(row["sensing"]), *late, *errors])
 
 
 def _not_for_tuning(sweep: Mapping[str, Any]) -> str:
@@ -237,7 +242,7 @@ def _slacks(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _fit(who: Mapping[str, Any], frame: pd.DataFrame, sweep: Mapping[str, Any]) -> Model | None:
-    """The model of a robot's and controller's pushes; None if they teach nothing."""
+    """The model of the pushes of a robot, world, controller and what it saw; None if they teach nothing."""
     slacks = _slacks(frame)[~crashed(frame)].dropna(how="all")
     well = recovered(frame)[slacks.index].to_numpy(float)
     terms = tuple(name for name in _TERMS if slacks[name].fillna(0.0).nunique() > 1)

@@ -94,7 +94,7 @@ def prediction_score(
     `false_safe`, `false_alarm` and the like hold a rate for each world, of all episodes whose controller lives by
     sets, each judged by all sets of its controller at the end of the push; `scores` holds the same by moment,
     controller, set and sector; `regions` the recovery by where the state was; `slack` the recovery by signed slack;
-    `probability` how the probabilities came true, of each model of the calibrations that has pushes here.
+    `probability` how the probabilities came true, for each model of the calibrations and what was seen of its pushes.
 
     Args:
         frame: the pushes.
@@ -125,25 +125,26 @@ def _probabilities(
     models = [(one, model) for one in calibrations for model in one.models]
     rows = spoken_of(frame, [model for _, model in models])
     for (one, model), own in zip(models, rows, strict=True):
-        found = probability_score(frame[own], model)
-        if found is not None:
-            yield {
-                "robot": model.robot,
-                "world": model.world,
-                "controller": model.controller,
-                "senses": sorted(set(senses(frame[own]))),
-                "by": {
-                    "suite": one.suite,
-                    "seed": one.seed,
-                    "commit": one.commit,
-                    "anyway": one.anyway,
-                    "senses": model.senses,
-                    "episodes": model.episodes,
-                    "ridge": model.ridge,
-                    "same_suite": one.suite_hash == suite_hash and set(senses(frame[own])) == {model.senses},
-                },
-                **found,
-            }
+        for (seen,), members in groups(frame[own].assign(senses=senses(frame[own])), ["senses"]):
+            found = probability_score(members, model)
+            if found is not None:
+                yield {
+                    "robot": model.robot,
+                    "world": model.world,
+                    "controller": model.controller,
+                    "senses": seen,
+                    "by": {
+                        "suite": one.suite,
+                        "seed": one.seed,
+                        "commit": one.commit,
+                        "anyway": one.anyway,
+                        "senses": model.senses,
+                        "episodes": model.episodes,
+                        "ridge": model.ridge,
+                        "same_suite": one.suite_hash == suite_hash and seen == model.senses,
+                    },
+                    **found,
+                }
 
 
 def probability_score(frame: pd.DataFrame, model: Model) -> dict[str, Any] | None:

@@ -9,6 +9,7 @@ from typing import Any, cast
 from pydantic import ValidationError
 
 from controllers.estimation.beliefs import SensorFigures
+from controllers.estimation.options import LOOK_AHEAD, EkfOptions
 from controllers.fields import Strict
 from controllers.interface import BalanceController, JointController, Setting, WholeBodyLayer
 from controllers.registry import CONTROLLERS, ESTIMATORS, LAYERS, Entry
@@ -56,13 +57,20 @@ def make_estimator(scenario: Scenario, robot: Robot) -> Estimator | None:
     """The estimator of a scenario; None if the controllers are given the true state.
 
     Raises:
-        InputError: if it is not ours and cannot be built.
+        InputError: if it is not ours and cannot be built, or cannot make up for the latency.
     """
     if not scenario.sensing.estimates:
         return None
     choice, field = scenario.sensing.who, "sensing.estimator"
     entry = ESTIMATORS.entry(choice.name)
     options = _options(entry, field, choice.options)
+    late = scenario.sensing.latency
+    looks_ahead = isinstance(options, EkfOptions) and options.latency is None and options.predictor != "none"
+    if looks_ahead and late > LOOK_AHEAD:
+        raise InputError(
+            f"sensing.latency: {late!r} s is more than the {LOOK_AHEAD} s that {entry.short!r} makes up for; give it "
+            'predictor = "none" if it is to see what is so old'
+        )
     known = (_figures(scenario),) if getattr(entry.cls, "takes_figures", False) else ()
     estimator = cast(Estimator, _built(entry, field, robot, scenario.timing.control, options, *known))
     if hasattr(estimator, "nominal_body"):

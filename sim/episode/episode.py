@@ -236,7 +236,7 @@ class Episode:
         sensing, errors = self.scenario.sensing, self.plant.body_errors
         found: dict[str, Any] = {"body_errors": errors} if errors else {}
         if not sensing.is_true:
-            found["sensing"] = sensing.as_run()
+            found["sensing"] = sensing.as_run(self.scenario.timing.physics)
             found["estimator_source"] = ESTIMATORS.entry(sensing.who.name).source
         return found
 

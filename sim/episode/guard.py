@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from numbers import Real
 from typing import Any, NoReturn
 
 import numpy as np
@@ -92,12 +93,15 @@ class Guard:
             self._numbers(tick, f"feet[{side!r}].position", foot.position, (3,), truth)
             self._number(tick, f"feet[{side!r}].yaw", foot.yaw, truth)
             self._number(tick, f"feet[{side!r}].force", foot.force, truth)
-        if not (isinstance(seen.zmp, np.ndarray) and seen.zmp.shape == (2,) and math.isnan(seen.zmp[0])):
+        self._number(tick, "time", seen.time, truth)
+        if not (isinstance(seen.zmp, np.ndarray) and seen.zmp.dtype == np.float64 and np.isnan(seen.zmp).all()):
             self._numbers(tick, "zmp", seen.zmp, (2,), truth)
+        elif seen.zmp.shape != (2,):
+            self._refuse(tick, "zmp", f"has shape {seen.zmp.shape}; it must be an array of shape (2,)")
         return seen
 
     def _number(self, tick: int, field: str, value: Any, observation: Observation) -> None:
-        if not isinstance(value, (float, int)):  # numpy's float64 is a float, too
+        if not isinstance(value, Real) or isinstance(value, bool):
             self._refuse(tick, field, f"is {_kind(value)}; it must be a number")
         if not math.isfinite(value) and np.isfinite(observation.cog).all():
             self._refuse(tick, field, f"{value} is not finite")
@@ -106,6 +110,8 @@ class Guard:
         if not isinstance(value, np.ndarray) or value.shape != shape:
             given = f"has shape {value.shape}" if isinstance(value, np.ndarray) else f"is {_kind(value)}"
             self._refuse(tick, field, f"{given}; it must be an array of shape {shape}")
+        if not np.issubdtype(value.dtype, np.number):
+            self._refuse(tick, field, f"is of {value.dtype}; it must be of numbers")
         # A sum of squares is finite only of finite numbers, and takes a sixth of the time.
         if value.dtype == np.float64 and math.isfinite(value.dot(value)):
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ from sim.episode.step_count import StepCount
 from sim.record.motors import MotorLog, MotorUse
 from sim.record.outcome import EarlyEnd
 from sim.record.push_columns import PushColumns, combined
-from sim.record.seen import in_the_world, seen_row
+from sim.record.seen import away, in_the_world, seen_row
 from sim.record.support_slack import SupportSlack
 from sim.record.trace import SEEN_CHANNELS, SEEN_STANCE_CHANNELS, Trace, TraceRecorder
 from sim.record.versions import commit, versions
@@ -134,7 +134,9 @@ class Recording:
         self._row, self._acting = row, {}
         stands = self._steps.standing(observation, action)
         if isinstance(action, BalanceCommand):
-            command = action.zmp.tolist() if at.seen is None else in_the_world(action.zmp, observation, seen)
+            # A late or noisy true state is not lost in the world, as an estimator's is.
+            drifts = self._scenario.sensing.estimates
+            command = in_the_world(action.zmp, observation, seen) if drifts else action.zmp.tolist()
             phase = action.phase
         else:
             command, phase = _NO_POINT, Phase.STANDING if all(stands.values()) else Phase.STEPPING
@@ -238,24 +240,28 @@ class Recording:
         for index, push in enumerate(pushes):
             if index in self._ended or observation.time < push.end - 1e-9:
                 continue
-            x = seen.balance_state()  # the sets are about the feet as they are seen
             ended: dict[str, Any] = {"velocity": tuple(observation.cog_velocity.tolist())}
             if self._predictor is not None:
                 said = self._predictor.predict()
                 ended |= {"regulator_slack": said.standing, "tracking_slack": said.stepping}
                 if said.standing is None or not said.standing >= 0.0:
-                    self._polygons += self._outlines(index, push, x)
+                    self._polygons += self._outlines(index, push, observation, seen)
                 elif push.end >= max(other.end for other in pushes) - 1e-9:
-                    self._last_polygons += self._outlines(index, push, x)
+                    self._last_polygons += self._outlines(index, push, observation, seen)
             self._ended[index] = ended
 
-    def _outlines(self, index: int, push: Push, x: Array) -> tuple[SetPolygon, ...]:
-        """Outlines of the sets through a state (4,), in the plane that the push goes along."""
+    def _outlines(self, index: int, push: Push, observation: Observation, seen: Observation) -> tuple[SetPolygon, ...]:
+        """Outlines of the sets through the state that was seen, in the plane that the push goes along.
+
+        They are about the feet as they are seen, and are drawn about the feet as they are.
+        """
         if self._regional is None:
             return ()
         begin = time.perf_counter()
         plane = tuple(PLANES)[push.axis]
-        found = admissible_polygons(self._regional, self._robot, x, push=index + 1, planes=(plane,))
+        found = admissible_polygons(self._regional, self._robot, seen.balance_state(), push=index + 1, planes=(plane,))
+        shift = np.array([away(observation, seen)[push.axis], 0.0])
+        found = tuple(replace(one, vertices=one.vertices + shift) for one in found)
         self.aside += time.perf_counter() - begin
         return found
 

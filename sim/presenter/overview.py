@@ -52,7 +52,7 @@ def _cards(summary: Summary) -> Iterator[tuple[str, str]]:
             yield median_words(entry["pushes_survived"]), f"pushes survived by the {of}, median and its 95 % interval"
     score = summary["prediction_score"]
     for entry in score["probability"]:
-        whose = f"{label(summary, entry['controller'])}, {entry['world']}"
+        whose = f"{label(summary, entry['controller'])}, {entry['world']}, senses: {entry['senses']}"
         better = f"who knows only the share recovered has {entry['brier_base']:.3f}, a perfect prophet 0"
         yield f"{entry['brier']:.3f}", f"Brier score of the probability of recovery, {whose}: {better}"
     for world, safe in score["false_safe"].items():

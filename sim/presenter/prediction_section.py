@@ -108,7 +108,7 @@ def _probabilities(summary: Summary, found: list[Entry]) -> Iterator[dict[Any, s
         yield {
             "controller": label(summary, one["controller"]),
             "world": one["world"],
-            "senses": "; ".join(one["senses"]),
+            "senses": one["senses"],
             "pushes": str(one["n"]),
             ("recovered", "expected [95 %]"): f"{one['expected']['count']:.0f} [{low:.0f}, {high:.0f}]",
             ("recovered", "observed"): str(one["recovered"]["count"]),
@@ -129,7 +129,7 @@ def _provenance(one: Entry) -> str:
         f"Fitted to {by['episodes']} pushes of the suite {by['suite']}, seed {by['seed']}, commit {by['commit'][:12]}, "
         f"senses: {by['senses']}"
     )
-    words += "; those here differ" if one["senses"] != [by["senses"]] else ""
+    words += f", for want of a law of {one['senses']}" if one["senses"] != by["senses"] else ""
     words += f", with a ridge of {by['ridge']:g} since the slacks part some of them" if by["ridge"] else ""
     words += "; not a suite for tuning" if by["anyway"] else ""
     words += "; these very pushes, so that the score flatters" if by["same_suite"] else ""

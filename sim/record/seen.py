@@ -53,7 +53,7 @@ def _tilt(seen: Observation) -> float:
     if not len(seen.configuration):
         return math.nan
     _, x, y, _ = seen.configuration[3:7].tolist()
-    return 2.0 * math.asin(min(1.0, math.hypot(x, y)))
+    return 2.0 * math.asin(min(math.hypot(x, y), 1.0))
 
 
 def in_the_world(point: Array, truth: Observation, seen: Observation) -> tuple[float, float]:
@@ -65,6 +65,12 @@ def in_the_world(point: Array, truth: Observation, seen: Observation) -> tuple[f
     x, y = point.tolist()
     dx, dy, cos, sin = x - here_x, y - here_y, math.cos(turn), math.sin(turn)
     return there_x + cos * dx - sin * dy, there_y + sin * dx + cos * dy
+
+
+def away(truth: Observation, seen: Observation) -> Array:
+    """How far (2,) the soles that carry weight are from where they are seen [m]; 0 in the air."""
+    there_x, there_y, here_x, here_y, _ = _loaded(truth, seen)
+    return np.nan_to_num(np.array([there_x - here_x, there_y - here_y]))
 
 
 def _loaded(truth: Observation, seen: Observation) -> tuple[float, float, float, float, float]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from controllers.senses import Reading
 from models.robot import Robot, Side
 from scenarios.schema import Scenario
+from scenarios.sensing import steps_between
 from sim.sensing.encoder import Encoders
 from sim.sensing.foot_force import FootForce
 from sim.sensing.imu import InertialUnit
@@ -36,7 +37,7 @@ class Sensors:
         self._encoders = Encoders(joint, len(robot.joint_names), seed)
         self._imu = InertialUnit(imu, robot, model, data, seed)
         self._feet = FootForce(foot, robot, model, data, seed)
-        self._every = [_steps(figures.rate, self._physics) for figures in (joint, imu, foot)]
+        self._every = [steps_between(figures.rate, self._physics) for figures in (joint, imu, foot)]
         self._late = round(sensing.latency / self._physics)
         self._under_way: deque[tuple[int, Array, Array, dict[Side, float], dict[Side, Array]]] = deque()
         self._angle, self._motion = np.empty(0), np.empty(0)
@@ -80,8 +81,3 @@ class Sensors:
                 )
             )
         return found
-
-
-def _steps(rate: float | None, physics: float) -> int:
-    """Physics steps from one sample to the next; at least one, for nothing is measured between two."""
-    return 1 if rate is None else max(1, round(1.0 / (rate * physics)))

@@ -10,7 +10,7 @@ from controllers.registry import CONTROLLERS
 from models.errors import InputError
 from scenarios.schema import Scenario
 from scenarios.suite_catalogue import LoadedSuite
-from sim.episode.build import make_controller
+from sim.episode.build import make_controller, make_estimator
 from sim.results.push_size import robot_named
 from sim.sweep.executors import Workers
 from sim.sweep.kept import is_shipped, layer_kept, warm_up_shipped
@@ -83,7 +83,7 @@ def _kinds(loaded: LoadedSuite, series: list[Series]) -> Iterator[Scenario]:
 
 
 def _check_classes(loaded: LoadedSuite, series: list[Series]) -> None:
-    """Build each controller at joint level and each layer of ours once: one that does not fit would always crash."""
+    """Build controllers at joint level, our layers and our estimators once: what does not fit would always crash."""
     for scenario in _kinds(loaded, series):
         robot = robot_named(scenario.robot)
         try:
@@ -91,5 +91,7 @@ def _check_classes(loaded: LoadedSuite, series: list[Series]) -> None:
                 make_controller(scenario, robot)
             elif is_shipped(scenario):
                 layer_kept(scenario, robot)
+                if scenario.world == "humanoid":
+                    make_estimator(scenario, robot)
         except InputError as error:
             raise InputError(f"{loaded.path}: {error}") from None

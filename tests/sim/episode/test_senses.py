@@ -46,7 +46,7 @@ class Stubborn:
         if self.options.raises and time > 0.01:
             raise RuntimeError("lost")
         names = {"first": self.first, "feet": self.first.feet, "replace": replace, "nan": float("nan")}
-        return replace(self.first, time=time, **eval(self.options.answers, names))
+        return replace(self.first, **{"time": time} | eval(self.options.answers, names))
 
 
 class Restless:
@@ -93,7 +93,7 @@ def test_an_estimated_episode_repeats_and_tells_how_far_off_it_saw() -> None:
     assert first.sight.rms == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-12)
     told = first.trace.metadata["sensing"]
     assert (told["preset"], told["estimator"], told["servo"]) == ("typical", "ekf", "drive")
-    assert told["imu"]["gyro_noise"] == 0.005
+    assert (told["imu"]["gyro_noise"], told["imu"]["rate"]) == (0.005, 1000.0)
     json.dumps(told, allow_nan=False)
 
 
@@ -128,7 +128,10 @@ def test_your_own_estimator_is_asked_every_tick(tmp_path: Path) -> None:
     [
         ({"raises": True}, "tick 6: estimate() raised RuntimeError: lost"),
         ({"answers": "dict(cog=first.cog[:2])"}, "tick 0: cog has shape (2,); it must be an array of shape (3,)"),
+        ({"answers": "dict(time='now')"}, "tick 0: time is of the type str; it must be a number"),
+        ({"answers": "dict(zmp=first.zmp.astype(str))"}, "tick 0: zmp is of <U32; it must be of numbers"),
         ({"answers": "dict(zmp=None)"}, "tick 0: zmp is None; it must be an array of shape (2,)"),
+        ({"answers": "dict(zmp=abs(first.zmp) * [0, nan])"}, "tick 0: zmp [0.0, nan] is not finite"),
         ({"answers": "dict(zmp=first.cog)"}, "tick 0: zmp has shape (3,); it must be an array of shape (2,)"),
         (
             {"answers": "dict(feet=feet | {'right': 1})"},
@@ -155,13 +158,37 @@ def test_what_is_wrong_with_it_is_told_in_one_line(options: dict[str, Any], word
     assert "\n" not in str(caught.value)
 
 
+def test_where_it_believes_to_be_in_the_world_changes_no_record_but_that_of_what_was_seen(tmp_path: Path) -> None:
+    push = {"start": 0.02, "direction": 0.0, "delta_v": 0.02, "duration": 0.02}
+    records = []
+    for away in (0.0, 0.3):
+        moved = f"first.cog + [{away}, 0, 0]"
+        feet = f"{{side: replace(foot, position=foot.position + [{away}, 0, 0]) for side, foot in feet.items()}}"
+        place = f"first.configuration + ([{away}] + [0] * (len(first.configuration) - 1))"
+        answers = f"dict(cog={moved}, feet={feet}, zmp=first.zmp + [{away}, 0], configuration={place})"
+        sensing = {"preset": "ideal", "estimator": own(tmp_path, answers=answers)}
+        records.append(run_episode(load("quiet", {"duration": 0.06, "pushes": [push], "sensing": sensing})))
+    here, there = (record.trace for record in records)
+    assert there["seen_cog_x"] - here["seen_cog_x"] == pytest.approx(0.3)
+    assert there["seen_zmp_x"] - here["seen_zmp_x"] == pytest.approx(0.3)
+    for name in ("zmp_cmd_x", "zmp_cmd_y", "dcm_error_x"):
+        assert there[name] == pytest.approx(here[name], abs=1e-6), name
+    assert np.abs(there["zmp_cmd_x"]).max() < 0.05
+    (near, *_), (far, *_) = (record.set_polygons for record in records)
+    assert len(near.vertices) > 2
+    assert far.vertices == pytest.approx(near.vertices, abs=1e-6)
+
+
 def test_in_the_air_it_may_know_no_zmp(tmp_path: Path) -> None:
     run(preset="ideal", estimator=own(tmp_path, answers="dict(zmp=first.zmp * nan)"))
 
 
-def test_an_unknown_option_and_a_missing_method_are_refused(tmp_path: Path) -> None:
+def test_what_an_estimator_cannot_do_is_refused_before_it_begins(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"unknown option of 'own\.py:Stubborn'; allowed: raises, answers"):
         run(preset="ideal", estimator=own(tmp_path, sleeps=True))
+    with pytest.raises(InputError, match=r"sensing\.latency: 0\.2 s is more than the 0\.1 s that 'ekf' makes up for"):
+        run(preset="typical", latency=0.2)
+    run(preset="typical", latency=0.2, estimator={"name": "ekf", "predictor": "none"})
     with pytest.raises(InputError, match=r"'own.py:Restless' is no estimator: it has no method reset\(\)"):
         run(preset="ideal", estimator=own(tmp_path, "Restless"))
 

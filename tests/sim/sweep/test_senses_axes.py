@@ -8,12 +8,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from models.errors import InputError
 from scenarios.suite_catalogue import LoadedSuite
 from sim.results.columns import COLUMNS, LATER, SCHEMA
 from sim.results.table import read_file, write_table
 from sim.sweep.plan import PlannedEpisode, plan, scenario_of
 from sim.sweep.worker import Job, run_job
 from tests.sim.analysis.sweep_tables import row
+from tests.sim.program import call
 from tests.sim.sweep.sweep_suites import HUMANOID, suite
 
 SHORT = HUMANOID.replace('["supervisor", "statue"]', '["supervisor"]').replace("after = 1.0", "after = 0.1")
@@ -68,3 +70,10 @@ def test_tables_of_before_are_read(tmp_path: Path) -> None:
     write_table(former.rename_columns(names), path)
     assert "delay" in pq.read_schema(path).names
     assert read_file(path).to_pylist() == table.to_pylist()
+
+
+def test_more_latency_than_the_estimator_makes_up_for_is_refused_before_any_episode(tmp_path: Path) -> None:
+    (tmp_path / "late.toml").write_text(SHORT + 'sensing = ["typical"]\nlatency = [0.004, 0.2]\n')
+    with pytest.raises(InputError, match=r"late\.toml.*sensing\.latency: 0\.2 s is more than the 0\.1 s that 'ekf'"):
+        call("sweep", tmp_path / "late.toml", "--out", tmp_path / "out", "--workers", "1")
+    assert not (tmp_path / "out").exists()
