@@ -11,6 +11,7 @@ import placo
 import pytest
 from scipy.spatial.transform import Rotation
 
+from controllers.interface import BalanceCommand, Observation
 from controllers.multibody.holding import EXCHANGES
 from controllers.multibody.motion_kernel import ROUNDS, moved
 from controllers.multibody.motion_tasks import REGULARISATION
@@ -24,9 +25,10 @@ from controllers.whole_body.placo_model import PlacoModel
 from models.arena import SIDES
 from models.errors import InputError
 from models.robot import Robot, load_robot
-from tests.benchmarks.layers import Tick, recorded
+from tests.controllers.recorded_layer import recorded
 
 Array = np.ndarray
+Tick = tuple[Observation, BalanceCommand]
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,9 @@ def asked() -> Asked:
 @pytest.fixture(scope="module")
 def ticks() -> list[Tick]:
     """A push that takes a step: standing, swing, landing."""
-    return recorded({"duration": 1.2, "seed": 1000, "pushes": [{"start": 0.2, "direction": 80.0, "delta_v": 0.5}]})
+    push = {"start": 0.2, "direction": 80.0, "delta_v": 0.5}
+    _, ticks = recorded({"duration": 1.2, "seed": 1000, "pushes": [push]})
+    return [(tick.seen, tick.command) for tick in ticks]
 
 
 def stands(tick: Tick) -> bool:
