@@ -8,8 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from controllers.whole_body.inverse_dynamics import DynamicsOptions, DynamicsWholeBody
+from models.robot import load_robot
 from tests.benchmarks import layers, loop
 from tests.benchmarks.__main__ import LONG, NAMES, WITHIN
+from tests.controllers.recorded_layer import recorded
 
 
 @pytest.mark.parametrize("name", NAMES + LONG)
@@ -62,10 +65,13 @@ def test_the_layers_have_their_table(monkeypatch: pytest.MonkeyPatch, capsys: py
         assert words in told
 
 
-def test_the_layers_are_timed_on_ticks_of_both_kinds() -> None:
-    ticks = layers.recorded(
-        {"duration": 1.0, "seed": 1000, "pushes": [{"start": 0.2, "direction": 80.0, "delta_v": 0.5}]}
-    )
+def test_the_layers_are_timed_on_ticks_of_both_kinds(monkeypatch: pytest.MonkeyPatch) -> None:
+    push = {"start": 0.2, "direction": 80.0, "delta_v": 0.5}
+    _, ticks = recorded({"duration": 1.0, "seed": 1000, "pushes": [push]})
     assert len(ticks) == 500
-    swinging = sum(not all(foot.stance for foot in command.feet.values()) for _, command in ticks)
+    swinging = sum(not tick.stands for tick in ticks)
     assert 30 < swinging < 300
+    monkeypatch.setattr(layers, "REPEATS", 1)
+    robot = load_robot("utmu2")
+    (cost,) = layers.costs([DynamicsWholeBody(robot, 0.002, DynamicsOptions())], ticks[:3])
+    assert 0.0 < cost < 1.0
