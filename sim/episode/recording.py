@@ -85,6 +85,8 @@ class Recording:
         self._files = {option: file_hash(path) for option, path in scenario.controller.files(CONTROLLERS).items()}
         self._recorder = TraceRecorder(scenario.ticks, joints=joints, seen=not scenario.sensing.is_true)
         self._at = _Columns(self._recorder, joints is not None)
+        # A late or noisy true state is not lost in the world, as an estimator's is.
+        self._drifts = scenario.sensing.estimates
         last = max((push.end for push in scenario.pushes), default=None)
         self._early = EarlyEnd(
             self._recorder.index,
@@ -134,9 +136,7 @@ class Recording:
         self._row, self._acting = row, {}
         stands = self._steps.standing(observation, action)
         if isinstance(action, BalanceCommand):
-            # A late or noisy true state is not lost in the world, as an estimator's is.
-            drifts = self._scenario.sensing.estimates
-            command = in_the_world(action.zmp, observation, seen) if drifts else action.zmp.tolist()
+            command = in_the_world(action.zmp, observation, seen) if self._drifts else action.zmp.tolist()
             phase = action.phase
         else:
             command, phase = _NO_POINT, Phase.STANDING if all(stands.values()) else Phase.STEPPING
