@@ -25,7 +25,7 @@ from tests.benchmarks.timing import best_of, in_words, show, table
 
 KEPT = Path("baselines/loop.json")
 # A ratio that is larger than what was kept by this factor has grown, and not only on another machine: one commit,
-# a0584c6, cost at most 1.25 times what was kept on one day and 1.25 to 1.5 times on another; single runs scatter to 1.8.
+# a0584c6, cost at most 1.25 times what was kept on one day and 1.25 to 1.5 times on another; some runs cost 1.8.
 GROWN = 2.0
 # (name, overrides): standing on its own, then the paper's third push on an early clock with all that follows it.
 _THIRD = [{"start": 0.5, "direction": 0.0, "delta_v": 0.4}]
