@@ -110,11 +110,11 @@ class Guard:
         if not isinstance(value, np.ndarray) or value.shape != shape:
             given = f"has shape {value.shape}" if isinstance(value, np.ndarray) else f"is {_kind(value)}"
             self._refuse(tick, field, f"{given}; it must be an array of shape {shape}")
-        if not np.issubdtype(value.dtype, np.number):
-            self._refuse(tick, field, f"is of {value.dtype}; it must be of numbers")
         # A sum of squares is finite only of finite numbers, and takes a sixth of the time.
         if value.dtype == np.float64 and math.isfinite(value.dot(value)):
             return
+        if not np.issubdtype(value.dtype, np.number):
+            self._refuse(tick, field, f"is of {value.dtype}; it must be of numbers")
         # Nobody can answer a state that is not finite; the episode ends at it.
         if not np.isfinite(value).all() and np.isfinite(observation.cog).all():
             self._refuse(tick, field, f"{np.asarray(value).tolist()} is not finite")
