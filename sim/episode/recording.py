@@ -34,7 +34,7 @@ from sim.episode.step_count import StepCount
 from sim.record.motors import MotorLog, MotorUse
 from sim.record.outcome import EarlyEnd
 from sim.record.push_columns import PushColumns, combined
-from sim.record.seen import away, in_the_world, seen_row
+from sim.record.seen import away, in_the_world, loaded_soles, seen_row
 from sim.record.support_slack import SupportSlack
 from sim.record.trace import SEEN_CHANNELS, SEEN_STANCE_CHANNELS, Trace, TraceRecorder
 from sim.record.versions import commit, versions
@@ -134,9 +134,10 @@ class Recording:
         """
         at, row = self._at, self._recorder.row()
         self._row, self._acting = row, {}
+        soles = None if at.seen is None else loaded_soles(observation, seen)
         stands = self._steps.standing(observation, action)
         if isinstance(action, BalanceCommand):
-            command = in_the_world(action.zmp, observation, seen) if self._drifts else action.zmp.tolist()
+            command = in_the_world(action.zmp, soles) if self._drifts and soles is not None else action.zmp.tolist()
             phase = action.phase
         else:
             command, phase = _NO_POINT, Phase.STANDING if all(stands.values()) else Phase.STEPPING
@@ -161,8 +162,8 @@ class Recording:
             *(_NO_POINT if self._predictor is None else self._predictor.slacks),
             self._support.of(observation),
         )
-        if at.seen is not None:
-            row[at.seen : at.seen + _SEEN] = seen_row(observation, seen, self._robot.omega)
+        if at.seen is not None and soles is not None:
+            row[at.seen : at.seen + _SEEN] = seen_row(observation, seen, soles, self._robot.omega)
         if at.root is not None:
             row[at.root :] = observation.configuration
         self._note_ended_pushes(observation, seen)

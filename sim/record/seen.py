@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,14 +31,29 @@ class SightError:
     peak: float
 
 
-def seen_row(truth: Observation, seen: Observation, omega: float) -> tuple[float, ...]:
+class LoadedSoles(NamedTuple):
+    """Middle of the soles, by the weight that each carries, as it is and as it is seen; all NaN in the air.
+
+    Attributes:
+        there_x, there_y: where it is [m].
+        here_x, here_y: where it is seen [m].
+        turn: of the soles from what is seen to what is [rad].
+    """
+
+    there_x: float
+    there_y: float
+    here_x: float
+    here_y: float
+    turn: float
+
+
+def seen_row(truth: Observation, seen: Observation, soles: LoadedSoles, omega: float) -> tuple[float, ...]:
     """The values of `SEEN_CHANNELS`, then those of `SEEN_STANCE_CHANNELS`.
 
     Where the robot is in the world nobody can feel and no controller needs: errors are of positions relative to the
     soles that carry weight.
     """
-    there_x, there_y, here_x, here_y, _ = _loaded(truth, seen)
-    away_x, away_y = here_x - there_x, here_y - there_y
+    away_x, away_y = soles.here_x - soles.there_x, soles.here_y - soles.there_y
     x, y, z = seen.cog.tolist()
     vx, vy, vz = seen.cog_velocity.tolist()
     true_x, true_y, _ = truth.cog.tolist()
@@ -56,12 +72,12 @@ def _tilt(seen: Observation) -> float:
     return 2.0 * math.asin(min(math.hypot(x, y), 1.0))
 
 
-def in_the_world(point: Array, truth: Observation, seen: Observation) -> tuple[float, float]:
+def in_the_world(point: Array, soles: LoadedSoles) -> tuple[float, float]:
     """A point on the floor (2,) that a controller means about the soles as it sees them, about them as they are [m].
 
     NaN in the air, where it means no place.
     """
-    there_x, there_y, here_x, here_y, turn = _loaded(truth, seen)
+    there_x, there_y, here_x, here_y, turn = soles
     x, y = point.tolist()
     dx, dy, cos, sin = x - here_x, y - here_y, math.cos(turn), math.sin(turn)
     return there_x + cos * dx - sin * dy, there_y + sin * dx + cos * dy
@@ -69,15 +85,12 @@ def in_the_world(point: Array, truth: Observation, seen: Observation) -> tuple[f
 
 def away(truth: Observation, seen: Observation) -> Array:
     """How far (2,) the soles that carry weight are from where they are seen [m]; 0 in the air."""
-    there_x, there_y, here_x, here_y, _ = _loaded(truth, seen)
+    there_x, there_y, here_x, here_y, _ = loaded_soles(truth, seen)
     return np.nan_to_num(np.array([there_x - here_x, there_y - here_y]))
 
 
-def _loaded(truth: Observation, seen: Observation) -> tuple[float, float, float, float, float]:
-    """Middle of the soles, by the weight that each carries: as it is (2), as it is seen (2) [m], and the turn [rad].
-
-    The turn is from what is seen to what is. All are NaN in the air.
-    """
+def loaded_soles(truth: Observation, seen: Observation) -> LoadedSoles:
+    """Where the soles that carry weight are, and where they are seen."""
     total = there_x = there_y = here_x = here_y = turn = 0.0
     for side in SIDES:
         there, here = truth.feet[side], seen.feet[side]
@@ -89,8 +102,8 @@ def _loaded(truth: Observation, seen: Observation) -> tuple[float, float, float,
         here_y += force * float(here.position[1])
         turn += force * math.remainder(there.yaw - here.yaw, math.tau)
     if total <= 0.0:
-        return math.nan, math.nan, math.nan, math.nan, math.nan
-    return there_x / total, there_y / total, here_x / total, here_y / total, turn / total
+        return LoadedSoles(math.nan, math.nan, math.nan, math.nan, math.nan)
+    return LoadedSoles(there_x / total, there_y / total, here_x / total, here_y / total, turn / total)
 
 
 def seen_cog(cog: Array, velocity: Array, seen: Array, omega: float) -> Array:

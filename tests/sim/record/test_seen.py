@@ -12,7 +12,7 @@ from models.arena import SIDES
 from models.robot import load_robot
 from scenarios.catalogue import load
 from sim.episode.humanoid_world import HumanoidWorld
-from sim.record.seen import in_the_world, seen_row
+from sim.record.seen import in_the_world, loaded_soles, seen_row
 from sim.record.trace import SEEN_CHANNELS, SEEN_STANCE_CHANNELS
 
 ROBOT = load_robot("utmu2")
@@ -46,7 +46,7 @@ def drifted(truth: Observation, turn: float, away: tuple[float, float]) -> Obser
 
 
 def seen(truth: Observation, sight: Observation) -> dict[str, float]:
-    return dict(zip(CHANNELS, seen_row(truth, sight, ROBOT.omega), strict=True))
+    return dict(zip(CHANNELS, seen_row(truth, sight, loaded_soles(truth, sight), ROBOT.omega), strict=True))
 
 
 def test_drift_of_the_place_is_no_error(truth: Observation) -> None:
@@ -66,17 +66,17 @@ def test_errors_of_place_and_speed_are_those_of_the_dcm(truth: Observation) -> N
 def test_a_zmp_asked_for_under_a_sole_is_under_that_sole(turn: float, truth: Observation) -> None:
     sight = drifted(truth, turn, (0.3, -0.2))
     for side in SIDES:
-        asked = sight.feet[side].position[:2]
-        assert in_the_world(asked, truth, sight) == pytest.approx(truth.feet[side].position[:2], abs=1e-14)
+        asked, soles = sight.feet[side].position[:2], loaded_soles(truth, sight)
+        assert in_the_world(asked, soles) == pytest.approx(truth.feet[side].position[:2], abs=1e-14)
 
 
 def test_a_true_sight_leaves_it_where_it_is(truth: Observation) -> None:
-    assert in_the_world(np.array([0.02, 0.03]), truth, truth) == pytest.approx((0.02, 0.03), abs=1e-16)
+    assert in_the_world(np.array([0.02, 0.03]), loaded_soles(truth, truth)) == pytest.approx((0.02, 0.03), abs=1e-16)
 
 
 def test_in_the_air_there_is_neither_a_place_nor_an_error(truth: Observation) -> None:
     air = replace(truth, feet={side: replace(foot, force=0.0) for side, foot in truth.feet.items()})
-    assert np.isnan(in_the_world(np.zeros(2), air, truth)).all()
+    assert np.isnan(in_the_world(np.zeros(2), loaded_soles(air, truth))).all()
     row = seen(air, truth)
     assert np.isnan([row["dcm_error_x"], row["dcm_error_y"]]).all()
     assert row["seen_cog_z"] == truth.cog[2]
