@@ -1,8 +1,9 @@
-"""What is predicted of the steps to come: whether they will do, by membership in N-step sets.
+"""What is predicted of the steps to come: how far inside the N-step sets the state is, or how far outside.
 
-On the pendulum the rule's own sets say it: nothing is left out of them. A body does less and more than they hold. Its
-feet are slower than what the rule asks of them; but it also gets along with states that they call lost, for it can
-spin, roll over the rim of a sole, and land a little later. So its sets are those of slower feet, grown all round.
+On the pendulum the rule's own sets say whether they will do: nothing is left out of them. A body's feet are slower than
+what the rule asks of them, so its sets are those of slower feet. They are no promise. A body does less and more than
+they hold, for it can stumble, but also spin, roll over the rim of a sole, and land a little later: how likely it is
+recovered from by the slack is fitted to pushes (`sim.analysis.calibration`).
 """
 
 from __future__ import annotations
@@ -22,31 +23,24 @@ from models.robot import Robot, Side, other
 Array = NDArray[np.float64]
 
 # Share of the swing speed that a body's feet are counted on for (a foot at rest is limited more by its acceleration,
-# which is counted on in full), and how far out of those sets the DCM may be [m]. More of either makes fewer false
-# alarms, and calls more pushes safe that fell the humanoid: `python -m tests.benchmarks recoverability` prints how
-# many, of pushes that no reported suite uses. `truth` scores them.
+# which is counted on in full). The slack tells recovered from lost alike at any share from 0.3 to 0.6, and worse at the
+# full speed: `python -m tests.benchmarks recoverability`.
 BODY_SPEED = 0.5
-BODY_MARGIN = 0.06
 
 
 class Recoverability:
     """Predicts by the sets of a policy."""
 
-    def __init__(self, rule: SetPolicy, margin: float = 0.0) -> None:
-        """Take the sets.
-
-        Args:
-            rule: whose sets they are.
-            margin: by which they are grown [m of DCM].
-        """
-        self._sets, self._lift_sets, self._margin = rule.sets, rule.lift_sets, margin
+    def __init__(self, rule: SetPolicy) -> None:
+        """Take the sets of a policy."""
+        self._sets, self._lift_sets = rule.sets, rule.lift_sets
 
     @classmethod
     def of_body(cls, robot: Robot, pendulum: Pendulum, options: Stepping, gain_k: float) -> Recoverability:
-        """What a humanoid was seen to do; arguments as of `SetPolicy`."""
+        """Those of a humanoid's slower feet; arguments as of `SetPolicy`."""
         limits = step_limits(robot, options.max_stride)
         slower = replace(limits, swing_speed=BODY_SPEED * limits.swing_speed)
-        return cls(SetPolicy(robot, pendulum, options, gain_k, slower), BODY_MARGIN)
+        return cls(SetPolicy(robot, pendulum, options, gain_k, slower))
 
     def standing(self, dcm: Array, feet: Mapping[Side, Array], heading: Heading, sides: Sequence[Side]) -> float:
         """The largest slack in any set of steps that begin now [m of DCM].
@@ -63,11 +57,10 @@ class Recoverability:
             point, foot = heading.local(dcm, stance), heading.local(feet[side], stance)
             for time in self._lift_sets.step_times:
                 largest = max(largest, self._lift_sets.slacks(point, other(side), time, foot, time).max())
-        return float(largest) + self._margin
+        return float(largest)
 
     def stepping(self, dcm: Array, stance: Array, swing: Array, heading: Heading, lift: Lift, ticks_left: int) -> float:
         """The largest slack in any set of the step under way [m of DCM]; arguments as of `StepPolicy.aim`."""
         point, foot = heading.local(dcm, stance), heading.local(swing, stance)
         left = ticks_left * self._sets.pendulum.dt
-        slacks = self._sets.slacks(point, other(lift.side), left, foot, lift.step_time)
-        return float(slacks.max()) + self._margin
+        return float(self._sets.slacks(point, other(lift.side), left, foot, lift.step_time).max())

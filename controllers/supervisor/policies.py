@@ -45,7 +45,7 @@ def step_policy(robot: Robot, pendulum: Pendulum, options: Stepping) -> StepPoli
 
 
 def recoverability(robot: Robot, pendulum: Pendulum, options: Stepping, *, on_body: bool) -> Recoverability:
-    """The prediction for the humanoid, or for the pendulum, which does exactly what the sets say."""
+    """The sets that predict the pendulum, which does exactly what they say, or those of a humanoid's slower feet."""
     if on_body:
         return Recoverability.of_body(robot, pendulum, options, softest_k(robot, options))
     return Recoverability(SetPolicy(robot, pendulum, options, softest_k(robot, options)))

@@ -1,4 +1,4 @@
-"""What is predicted of steps: exactly what comes true on the pendulum, and of a body what it was seen to do."""
+"""What is predicted of steps: exactly what comes true on the pendulum, and of a body the sets of slower feet."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controllers.stepping.recoverability import BODY_MARGIN, BODY_SPEED, Recoverability
+from controllers.stepping.recoverability import BODY_SPEED, Recoverability
 from controllers.stepping.set_policy import SetPolicy
 from controllers.stepping.step_policy import Heading, Lift
 from controllers.supervisor.policies import SOFTER
@@ -68,23 +68,20 @@ def test_stepping_it_holds_what_some_set_of_the_foot_under_way_holds(rule: SetPo
     assert 10 < safe < 190
 
 
-def test_of_a_body_the_feet_are_slower_and_the_sets_grown(rule: SetPolicy) -> None:
+def test_of_a_body_the_feet_are_slower_and_hold_less(rule: SetPolicy) -> None:
     rng, body = np.random.default_rng(2), Recoverability.of_body(ROBOT, PENDULUM, OPTIONS, GAIN_K)
     limits = replace(LIMITS, swing_speed=BODY_SPEED * LIMITS.swing_speed)
     slow = Recoverability(SetPolicy(ROBOT, PENDULUM, OPTIONS, GAIN_K, limits))
     exact = Recoverability(rule)
     lift = Lift(side="left", step_time=0.16, steps=1, slack=0.0, candidates=())
-    more = fewer = 0
+    less = 0
     for _ in range(100):
         dcm = somewhere(rng)
         where = dcm, FEET["right"], FEET["left"], HEADING, lift, 60
-        grown = [recoverability.standing(dcm, FEET, HEADING, SIDES) for recoverability in (body, slow)]
-        assert grown[0] == pytest.approx(grown[1] + BODY_MARGIN, abs=1e-12)
-        assert body.stepping(*where) == pytest.approx(slow.stepping(*where) + BODY_MARGIN, abs=1e-12)
-        more += body.stepping(*where) > exact.stepping(*where)
-        fewer += body.stepping(*where) < exact.stepping(*where)
-    assert more > 5
-    assert fewer > 5
+        assert body.standing(dcm, FEET, HEADING, SIDES) == slow.standing(dcm, FEET, HEADING, SIDES)
+        assert body.stepping(*where) == slow.stepping(*where) <= exact.stepping(*where) + 1e-12
+        less += body.stepping(*where) < exact.stepping(*where) - 1e-3
+    assert less > 5
 
 
 # A state this far outside [m of DCM] is lost. Nearer to the rim another step time for the later steps may still do, of
@@ -112,7 +109,7 @@ def test_on_the_pendulum_the_word_is_kept_both_ways() -> None:
     assert len(said) >= 18
 
 
-def test_each_world_has_its_own_promise() -> None:
+def test_each_world_has_its_own_sets() -> None:
     half = 0.5 * ROBOT.stance_width
     standing = seen((0.0, half), (0.0, -half))
     feet = {side: standing.feet[side].position[:2] for side in SIDES}
