@@ -25,12 +25,13 @@ CONTACT_SPEED, EDGE_SPEED, EDGE, FLAT, PUSH_THRESHOLD = 0.01, 0.3, 0.004, 0.010,
 
 @dataclass(frozen=True, kw_only=True)
 class SensorFigures:
-    """What is known of the sensors.
+    """What is known of the sensors, and of who else reads them.
 
     Attributes:
         count: of an encoder [rad]; 0 if it does not round.
         gyro_noise, gyro_bias: standard deviations [rad/s].
         accelerometer_noise, accelerometer_bias: the same [m/s^2].
+        at_drive: whether the servos are told where a joint shall be from where they see it, and so are not late.
     """
 
     count: float = 0.0
@@ -38,6 +39,7 @@ class SensorFigures:
     gyro_bias: float = 0.0
     accelerometer_noise: float = 0.0
     accelerometer_bias: float = 0.0
+    at_drive: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -61,6 +61,7 @@ class InvariantEkf:
         believed = beliefs(options, robot, sensors)
         self.nominal_body: NominalBody | None = None
         self._options, self._believed, self._dt, self._imu = options, believed, dt, robot.imu
+        self._whole = (options.predicted or ("cog" if sensors.at_drive else "body")) == "body"
         weight = robot.mass * robot.gravity
         self._load = options.contact_load * weight
         self._body = MeasuredBody(robot)
@@ -117,17 +118,29 @@ class InvariantEkf:
             return replace(self._first, time=time)
         then = self._state()
         age = time - self._taken if self._options.latency is None else self._options.latency
+        seen = self._observation(then.configuration, then.velocity, time)
         if self._options.predictor == "none" or age < _SAME_TIME:
-            return self._observation(then.configuration, then.velocity, time)
+            return seen
         if age > LOOK_AHEAD + _SAME_TIME:
             raise InputError(
                 f"sensing: the readings of 'ekf' are {age:g} s old, and it makes up for {LOOK_AHEAD} s at most; "
                 'give it predictor = "none", less latency, or faster sensors'
             )
         if self._options.predictor == "extrapolate":
-            return self._observation(*extrapolated(then, age), time)
-        self._look_for_push(then, self._taken - before)
-        return self._observation(*self._simulated(replace(then, push=self._observer.force), time - age, time), time)
+            now = extrapolated(then, age)
+        else:
+            self._look_for_push(self._taken - before)
+            now = self._simulated(replace(then, push=self._observer.force), time - age, time)
+        if self._whole:
+            return self._observation(*now, time)
+        body = self._body
+        body.place(*now)
+        return replace(
+            seen,
+            cog=body.cog.copy(),
+            cog_velocity=body.cog_velocity.copy(),
+            angular_momentum=body.angular_momentum.copy(),
+        )
 
     def _take(self, reading: Reading) -> None:
         dt = reading.taken - self._taken
@@ -169,13 +182,12 @@ class InvariantEkf:
             configuration=configuration, velocity=velocity, acceleration=acceleration, loaded=loaded, push=np.zeros(3)
         )
 
-    def _look_for_push(self, then: BodyState, dt: float) -> None:
-        if dt <= _SAME_TIME:
-            return
-        body = self._body
-        body.place(then.configuration, then.velocity)
-        zmp, load = self._zmp()
-        self._observer.take(body.cog, body.cog_velocity, body.angular_momentum, zmp, load, float(body.trunk_com[2]), dt)
+    def _look_for_push(self, dt: float) -> None:
+        """Show the push observer the state that the body is placed in, `dt` [s] after the last one."""
+        if dt > _SAME_TIME:
+            body, (zmp, load) = self._body, self._zmp()
+            high = float(body.trunk_com[2])
+            self._observer.take(body.cog, body.cog_velocity, body.angular_momentum, zmp, load, high, dt)
 
     def _simulated(self, then: BodyState, begin: float, end: float) -> tuple[Array, Array]:
         """The nominal body's state at `end` [s], from that at `begin`."""

@@ -40,6 +40,9 @@ class EkfOptions(Strict):
         predictor: how the state now follows from that when the readings were taken: it is taken to be the same
             ("none"), the joints go on at their speed ("extrapolate"), or the nominal body is simulated with the
             targets that were sent meanwhile ("simulate").
+        predicted: what is told of the state now: its COG, COG velocity and angular momentum, with joints and feet as they
+            were measured ("cog"), or the whole body ("body"). If left out, "cog" where the drives see for themselves
+            where a joint is, for a prediction errs most in the feet, whose contact it does not know; else "body".
         latency: how old the readings are taken to be [s], at most `LOOK_AHEAD`; by their time stamps if left out.
         push_settling: time constant of the push observer [s], whose force the simulation applies; at least that from
             one state to the next is taken.
@@ -65,13 +68,15 @@ class EkfOptions(Strict):
     sole_tilt: Positive = 0.005
     flat: Positive | None = None
     predictor: Literal["none", "extrapolate", "simulate"] = "simulate"
+    predicted: Literal["cog", "body"] | None = None
     latency: Annotated[NotNegative, Field(le=LOOK_AHEAD)] | None = None
     push_settling: Positive = 0.01
     push_threshold: NotNegative | None = None
 
     @model_validator(mode="after")
     def _takes_effect(self) -> Self:
-        only = {"latency": ("extrapolate", "simulate"), "push_settling": ("simulate",), "push_threshold": ("simulate",)}
+        ahead, simulated = ("extrapolate", "simulate"), ("simulate",)
+        only = {"predicted": ahead, "latency": ahead, "push_settling": simulated, "push_threshold": simulated}
         for field, predictors in only.items():
             if field in self.model_fields_set and getattr(self, field) is not None and self.predictor not in predictors:
                 wanted = " or ".join(map(repr, predictors))

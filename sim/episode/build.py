@@ -79,7 +79,10 @@ def make_estimator(scenario: Scenario, robot: Robot) -> Estimator | None:
 
 
 def _figures(scenario: Scenario) -> SensorFigures:
-    """What an estimator may know of a scenario's sensors: what their makers say."""
+    """What an estimator may know of a scenario's sensors: what their makers say.
+
+    A controller at joint level says itself where the joints shall be, and by what it sees.
+    """
     joint, imu = scenario.sensing.joint_figures, scenario.sensing.imu_figures
     return SensorFigures(
         count=2.0 * math.pi / joint.counts if joint.counts else 0.0,
@@ -87,6 +90,7 @@ def _figures(scenario: Scenario) -> SensorFigures:
         gyro_bias=imu.gyro_bias,
         accelerometer_noise=imu.accelerometer_noise,
         accelerometer_bias=imu.accelerometer_bias,
+        at_drive=scenario.sensing.at_drive and not CONTROLLERS.entry(scenario.controller.name).at_joints,
     )
 
 
