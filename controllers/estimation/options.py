@@ -40,7 +40,7 @@ class EkfOptions(Strict):
         predictor: how the state now follows from that when the readings were taken: it is taken to be the same
             ("none"), the joints go on at their speed ("extrapolate"), or the nominal body is simulated with the
             targets that were sent meanwhile ("simulate").
-        predicted: what is told of the state now: its COG, COG velocity and angular momentum, with joints and feet as they
+        predicted: what is told of the state now: COG, COG velocity and angular momentum, with joints and feet as they
             were measured ("cog"), or the whole body ("body"). If left out, "cog" where the drives see for themselves
             where a joint is, for a prediction errs most in the feet, whose contact it does not know; else "body".
         latency: how old the readings are taken to be [s], at most `LOOK_AHEAD`; by their time stamps if left out.

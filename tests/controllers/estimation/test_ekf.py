@@ -12,6 +12,7 @@ from controllers.estimation.ekf import InvariantEkf
 from controllers.estimation.options import EkfOptions
 from controllers.geometry.rotation import from_quaternion
 from controllers.interface import Observation
+from models.arena import SIDES
 from models.errors import InputError, OkiagariError
 from tests.controllers.estimation.recorded import Record, errors_of, estimator, follow, peak, record, rms
 
@@ -98,6 +99,22 @@ def test_an_assumed_latency_counts_in_place_of_the_stamps() -> None:
     assert all_of_it < part < nothing
 
 
+def test_of_the_state_now_the_cog_is_told_alone_or_with_the_whole_body() -> None:
+    kept = record(1.7, 247.5, latency=0.004)
+    part, whole, late = (
+        follow(kept, estimator(kept.robot, kept.dt, **options))
+        for options in ({"predicted": "cog"}, {"predicted": "body"}, {"predictor": "none"})
+    )
+    for one, now, then in list(zip(part, whole, late, strict=True))[10:]:
+        for name in ("cog", "cog_velocity", "angular_momentum"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(now, name))
+        for name in ("configuration", "velocity", "zmp"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(then, name))
+        for side in SIDES:
+            np.testing.assert_array_equal(one.feet[side].position, then.feet[side].position)
+    assert any(np.abs(now.velocity - then.velocity).max() > 0.1 for now, then in zip(whole, late, strict=True))
+
+
 def test_the_same_readings_give_the_same_bits_in_each_episode() -> None:
     kept = record(1.2, 22.5, latency=0.004)
     ekf = estimator(kept.robot, kept.dt)
@@ -157,6 +174,7 @@ def test_the_predictor_simulate_needs_a_body() -> None:
     ("options", "field"),
     [
         ({"predictor": "none", "latency": 0.004}, "latency"),
+        ({"predictor": "none", "predicted": "cog"}, "predicted"),
         ({"predictor": "extrapolate", "push_threshold": 1.0}, "push_threshold"),
         ({"gyro": 0.0}, "gyro"),
         ({"contact_load": 1.5}, "contact_load"),
