@@ -1,4 +1,4 @@
-"""Scores the prediction of the MOA sets: what they said of a push against what the body then did."""
+"""Scores the prediction of the MOA sets: what was told by them of a push against what the body then did."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from statsmodels.discrete.discrete_model import Logit
 from statsmodels.tools import add_constant
 from statsmodels.tools.sm_exceptions import ConvergenceWarning
 
-from sim.analysis.calibration import Calibration, Model, senses, spoken_of
+from sim.analysis.calibration import Calibration, Model, probabilities, senses, spoken_of
 from sim.analysis.frame import crashed, groups, recovered
 from sim.analysis.statistics import ALPHA, auc, brier, rate, rate_of
 
 Moment = Literal["end", "decision"]
-Rule = Literal["law", "regulator", "tracking"]
+Rule = Literal["told", "law", "regulator", "tracking"]
 
 MOMENTS: tuple[Moment, ...] = ("end", "decision")
 """At the end of the push, and when the controller decided."""
 SETS: tuple[Rule, ...] = ("regulator", "tracking")
 """Sets that a controller may live by. The table holds null for a set that the controller has not."""
+_RULES: dict[Moment, tuple[Rule, ...]] = {"end": ("told", "law", *SETS), "decision": ("law", *SETS)}
 DENOMINATORS = {
     "false_safe": "predicted safe but not recovered, over predicted safe",
     "false_safe_of_lost": "predicted safe but not recovered, over not recovered",
@@ -44,17 +45,25 @@ def sector(direction_deg: Any) -> Any:
     return 45 * np.round(direction_deg / 45.0) % 360
 
 
-def asked(frame: pd.DataFrame, rule: Rule = "law") -> pd.Series:
-    """Whether the set, or with "law" any set, is one that the controller of each row has."""
+def asked(frame: pd.DataFrame, rule: Rule = "told") -> pd.Series:
+    """Whether the set, or with "told" or "law" any set, is one that the controller of each row has."""
     columns = [f"in_{name}_set_{moment}" for name in _sets(rule) for moment in MOMENTS]
     return frame[columns].notna().any(axis=1).groupby(frame["controller"]).transform("any")
 
 
-def predicted_safe(frame: pd.DataFrame, moment: Moment = "end", rule: Rule = "law") -> pd.Series:
-    """Whether each state was in one of the controller's sets; NA if none was asked, or the episode crashed."""
+def predicted_safe(frame: pd.DataFrame, moment: Moment = "end", rule: Rule = "told") -> pd.Series:
+    """Whether each push was predicted safe; NA if no set was asked, or the episode crashed.
+
+    By "law" it is if the state was in any of the controller's sets. "told" is the same but for pushes whose frame tells
+    a `probability` of recovery, which is of the end of the push: they are if it is even or better.
+    """
     inside = frame[[f"in_{name}_set_{moment}" for name in _sets(rule)]]
     nothing = inside.isna().all(axis=1) | crashed(frame)
-    return inside.fillna(False).any(axis=1).astype("boolean").mask(nothing)
+    safe = inside.fillna(False).any(axis=1).astype("boolean").mask(nothing)
+    if rule == "told" and moment == "end" and "probability" in frame:
+        probability = frame["probability"]
+        safe = safe.mask(probability.notna(), probability >= _EVEN)
+    return safe
 
 
 def signed_slack(frame: pd.DataFrame, moment: Moment = "end") -> pd.Series:
@@ -66,7 +75,7 @@ def signed_slack(frame: pd.DataFrame, moment: Moment = "end") -> pd.Series:
     return pd.concat(slacks, axis=1).replace([np.inf, -np.inf], np.nan).max(axis=1)
 
 
-def score(frame: pd.DataFrame, moment: Moment = "end", rule: Rule = "law") -> dict[str, Any]:
+def score(frame: pd.DataFrame, moment: Moment = "end", rule: Rule = "told") -> dict[str, Any]:
     """Confusion matrix and the rates that follow from it; see `DENOMINATORS`."""
     said, well = predicted_safe(frame, moment, rule), recovered(frame)
     known, safe = said.notna(), said.fillna(False).astype(bool)
@@ -92,8 +101,9 @@ def prediction_score(
     """The section `prediction_score` of a summary.
 
     `false_safe`, `false_alarm` and the like hold a rate for each world, of all episodes whose controller lives by
-    sets, each judged by all sets of its controller at the end of the push; `scores` holds the same by moment,
-    controller, set and sector; `regions` the recovery by where the state was; `slack` the recovery by signed slack;
+    sets, each judged by its probability of recovery, or by all sets of its controller at the end of the push where no
+    calibration speaks of it; `scores` holds the same by moment, controller, rule and sector;
+    `regions` the recovery by where the state was; `slack` the recovery by signed slack;
     `probability` how the probabilities came true, for each model of the calibrations and what was seen of its pushes.
 
     Args:
@@ -101,6 +111,7 @@ def prediction_score(
         calibrations: whose probabilities are scored.
         suite_hash: of the pushes' suite, to tell whether a calibration was fitted to them.
     """
+    frame = frame.assign(probability=probabilities(frame, calibrations))
     known = frame[asked(frame)]
     worlds = {world: members for (world,), members in groups(known, ["world"])}
     scored = {world: score(members) for world, members in worlds.items()}
@@ -190,14 +201,13 @@ def probability_score(frame: pd.DataFrame, model: Model) -> dict[str, Any] | Non
 
 
 def _sets(rule: Rule) -> tuple[Rule, ...]:
-    return SETS if rule == "law" else (rule,)
+    return SETS if rule in ("told", "law") else (rule,)
 
 
 def _scores(what: dict[str, Any], members: pd.DataFrame) -> Iterator[dict[str, Any]]:
-    rules: tuple[Rule, ...] = ("law", *SETS)
     # A train that crashed has no direction.
     directed = members[members["direction_deg"].notna()]
-    for rule in (rule for rule in rules if asked(members, rule).any()):
+    for rule in (rule for rule in _RULES[what["moment"]] if asked(members, rule).any()):
         yield {**what, "set": rule, "direction_deg": None, **score(members, what["moment"], rule)}
         for middle, there in directed.groupby(sector(directed["direction_deg"])):
             yield {**what, "set": rule, "direction_deg": int(middle), **score(there, what["moment"], rule)}
@@ -205,7 +215,7 @@ def _scores(what: dict[str, Any], members: pd.DataFrame) -> Iterator[dict[str, A
 
 def _regions(what: dict[str, Any], members: pd.DataFrame) -> Iterator[dict[str, Any]]:
     """Recovery of the states in the regulator's set, in a tracking set only, and in neither."""
-    known = members[predicted_safe(members, what["moment"]).notna()]
+    known = members[predicted_safe(members, what["moment"], "law").notna()]
     inside = [known[f"in_{name}_set_{what['moment']}"].fillna(False).to_numpy(bool) for name in SETS]
     where = np.select(inside, SETS, "outside")
     for region in (*SETS, "outside"):

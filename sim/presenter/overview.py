@@ -57,10 +57,10 @@ def _cards(summary: Summary) -> Iterator[tuple[str, str]]:
         yield f"{entry['brier']:.3f}", f"Brier score of the probability of recovery, {whose}: {better}"
     for world, safe in score["false_safe"].items():
         alarm = score["false_alarm"][world]
-        lost = f"{fraction(safe)} that their controller's sets called safe were lost"
-        well = f"{fraction(alarm)} that the sets did not call safe were recovered"
-        yield percent(safe), f"false safe, {world}: {lost if safe['n'] else 'the sets called none safe'}"
-        yield percent(alarm), f"false alarm, {world}: {well if alarm['n'] else 'the sets called all safe'}"
+        lost = f"{fraction(safe)} that were called safe were lost"
+        well = f"{fraction(alarm)} that were not called safe were recovered"
+        yield percent(safe), f"false safe, {world}: {lost if safe['n'] else 'none was called safe'}"
+        yield percent(alarm), f"false alarm, {world}: {well if alarm['n'] else 'all were called safe'}"
 
 
 def facts(summary: Summary) -> dict[str, str]:

@@ -20,11 +20,17 @@ _RATES = {
     "false_alarm_of_recovered": "false alarm, of recovered",
 }
 _MOMENTS = {"end": "end of the push", "decision": "decision"}
-_SETS = {"law": "all its sets", "regulator": "regulator's set", "tracking": "tracking sets"}
+_SETS = {"told": "what was told", "law": "all its sets", "regulator": "regulator's set", "tracking": "tracking sets"}
 _REGIONS = {"regulator": "the regulator's set", "tracking": "a tracking set only", "outside": "none of its sets"}
-_TOLD = (
-    "The probability of recovery goes by the slacks at the end of the push; its law was fitted to other pushes unless "
-    "it is said below. A yes or no is told by the sets alone. "
+_BY_PROBABILITY = (
+    "A push is predicted safe if recovery is told to be as likely as not, or likelier. The probability goes by the "
+    "slacks at the end of the push; its law was fitted to other pushes unless it is said below. A push of which no law "
+    "speaks is "
+)
+_BY_SETS = (
+    "predicted safe if at its end the state lies in a maximal output admissible set of its controller: in the "
+    "regulator's set, or in a tracking set if it steps. A humanoid's tracking sets are those of slower feet; the "
+    "pendulum's are the controller's own. Then the body does what it does."
 )
 
 _SEEN = "Where the true state was not seen, the sets were asked of the state that was seen; what came of it is true."
@@ -47,7 +53,7 @@ def prediction_section(summary: Summary) -> Section | None:
         {**_what(summary, one), "state in": _REGIONS[one["region"]], **_rate("", one["recovered"])}
         for one in found["regions"]
     )
-    # By direction only what the controller went by.
+    # By direction only what was told.
     scores = (
         {
             **_what(summary, one),
@@ -56,17 +62,12 @@ def prediction_section(summary: Summary) -> Section | None:
             **_rate("false alarm", one["false_alarm"]),
         }
         for one in found["scores"]
-        if one["direction_deg"] is None or (one["set"] == "law" and one["moment"] == "end")
+        if one["direction_deg"] is None or one["set"] == "told"
     )
     return Section(
         key="prediction",
         heading="Prediction score: did the sets predict the outcome?",
-        text=(
-            f"{_TOLD if found['probability'] else ''}At the end of a push the state is predicted safe if it lies in a "
-            "maximal output admissible set of its controller: in the regulator's set, or in a tracking set if it "
-            "steps. A humanoid's tracking sets are asked for slower feet and grown by a margin, both fitted to pushes "
-            "that no suite uses; the pendulum's are asked as they are. Then the body does what it does."
-        ),
+        text=(_BY_PROBABILITY if found["probability"] else "A push is ") + _BY_SETS,
         tables=(
             *_probability_table(summary, found["probability"]),
             Table(title="Prediction at the end of the push, and what came of it", rows=tuple(_confusion(found))),

@@ -187,7 +187,7 @@ def _draw_slack(world: str, good: pd.Series, bad: pd.Series, section: dict[str, 
             1e3 * entry["middle"], share, **bars, fmt="o", color=TRACKER, markersize=4.5, linewidth=1.1, zorder=3
         )
     axes.axvline(0.0, color=INK, linewidth=0.9)
-    for side, words in (("right", "predicted unsafe"), ("left", "predicted safe")):
+    for side, words in (("right", "outside all its sets"), ("left", "in a set")):
         offset = (-5 if side == "right" else 5, 3)
         place: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points"}
         axes.annotate(words, (0.0, 1.0), offset, ha=side, fontsize=8, color=SOFT, **place)

@@ -85,15 +85,18 @@ class Strip:
 def worst_failures(pushes: pd.DataFrame, count: int) -> list[Failure]:
     """The failures that should least have happened.
 
-    First what crashed; then in turn the weakest pushes, relative to the no-step limit, and the states with the most
-    slack that were lost all the same; no two of the same direction and size.
+    First what crashed; then in turn the weakest pushes, relative to the no-step limit, and those that were called safe
+    with the greatest probability, or the most slack, and lost all the same; no two of the same direction and size.
 
     Args:
-        pushes: of one controller.
+        pushes: of one controller, each with its `probability` of recovery if any is told.
         count: how many at most.
     """
     relative = pushes["delta_v_over_omega_d"]
-    ranked = pushes.assign(relative=relative.fillna(pushes["delta_v"]), slack=signed_slack(pushes).fillna(0.0))
+    told = pushes["probability"] if "probability" in pushes else pd.Series(np.nan, pushes.index)
+    ranked = pushes.assign(
+        relative=relative.fillna(pushes["delta_v"]), slack=signed_slack(pushes).fillna(0.0), probability=told
+    )
     fallen = ranked[~recovered(pushes) & ~crashed(pushes)]
     safe = fallen[predicted_safe(fallen).fillna(False).astype(bool)]
     queues = [
@@ -103,8 +106,8 @@ def worst_failures(pushes: pd.DataFrame, count: int) -> list[Failure]:
             for row in records(fallen.sort_values(["relative", "episode"]))
         ],
         [
-            Failure(row=row, why=f"Predicted safe, with {1e3 * row['slack']:.1f} mm of slack, and lost")
-            for row in records(safe.sort_values(["slack", "episode"], ascending=[False, True]))
+            Failure(row=row, why=f"Predicted safe, {_why_safe(row)}, and lost")
+            for row in records(safe.sort_values(["probability", "slack", "episode"], ascending=[False, False, True]))
         ],
     ]
     taken: dict[tuple[Any, Any], Failure] = {}
@@ -117,6 +120,13 @@ def worst_failures(pushes: pd.DataFrame, count: int) -> list[Failure]:
                     taken[key] = failure
                     break
     return list(taken.values())
+
+
+def _why_safe(row: Mapping[str, Any]) -> str:
+    """By what a push was called safe."""
+    if row["probability"] is None:
+        return f"with {1e3 * row['slack']:.1f} mm of slack"
+    return f"recovery told to be {100 * row['probability']:.0f} % likely"
 
 
 def _size(row: Mapping[str, Any]) -> str:

@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from scenarios.suite_catalogue import shipped as shipped_suites
 from sim.analysis.baseline import of_sweep, read_baseline
+from sim.analysis.calibration import probabilities
 from sim.analysis.calibration_files import calibrations_for
 from sim.analysis.check import Comparison, compare, describe, replay_command
 from sim.analysis.frame import each_push, load_rows, recovered, reference_rows
@@ -58,8 +59,10 @@ def write_report(
     check_file(path, "--out")
     comparison = None if baseline is None else compare(read_baseline(baseline), of_sweep(folder))
     rows, sweep = load_rows(folder), read_sweep(folder)
-    summary = summarise(rows, sweep, calibrations_for(sweep, calibration))
+    calibrations = calibrations_for(sweep, calibration)
+    summary = summarise(rows, sweep, calibrations)
     pushes = reference_rows(each_push(rows), sweep)
+    pushes = pushes.assign(probability=probabilities(pushes, calibrations))
     own = pushes[pushes["controller"] == main_controller(summary)]
     worst = worst_failures(own, failures)
     suite = folder / SUITE

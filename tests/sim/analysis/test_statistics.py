@@ -17,6 +17,7 @@ from sim.analysis.prediction_score import Moment, Rule, prediction_score, sector
 from sim.analysis.statistics import paired_p, rate, rate_of
 from sim.analysis.thresholds import Threshold, least_of
 from sim.analysis.thresholds import thresholds as thresholds_of
+from tests.sim.analysis.calibrations import odds, of, pushed, simple
 from tests.sim.analysis.sweep_tables import LIMITS, OMEGA, STEP, adaptive, edge, frame, row, threshold_law
 
 
@@ -181,6 +182,38 @@ def test_prediction_is_by_the_sets_that_the_controller_has() -> None:
     assert predicted_safe(state("fell", None, 0.02, controller="a stranger")) is True
     assert predicted_safe(state("fell", None, None)) is None
     assert predicted_safe(state("crashed", 0.01, None)) is None
+
+
+def test_a_probability_of_recovery_says_it_in_place_of_the_sets() -> None:
+    outside, inside = state("recovered", -0.01, -0.02), state("fell", -0.01, 0.02)
+    pushes = frame([outside, inside, outside, state("crashed", 0.01, None)])
+    pushes = pushes.assign(probability=[0.5, 0.49, math.nan, math.nan])
+    assert scoring.predicted_safe(pushes).tolist() == [True, False, False, pd.NA]
+    # The sets alone say what they said, and of the decision no probability is told.
+    assert scoring.predicted_safe(pushes, rule="law").tolist() == [False, True, False, pd.NA]
+    assert scoring.predicted_safe(pushes, "decision").tolist() == [False, True, False, pd.NA]
+
+
+def test_the_score_is_by_the_calibration_where_it_speaks_and_by_the_sets_elsewhere() -> None:
+    told = [(0.9, True), (0.9, False), (0.4, True), (0.3, False), (0.2, False)]
+    # A law that is sure two centimetres outside the sets: the sets alone call none of these safe.
+    law = simple(level=4.0)
+    rows = [pushed(odds(p) - 0.04, None, well=well, number=i) for i, (p, well) in enumerate(told)]
+    strange = [one | {"controller": "a stranger", "episode": f"s{i}"} for i, one in enumerate(rows)]
+    result = prediction_score(frame([*rows, *strange]), [of(law)])
+    by_rule = {
+        (one["controller"], one["set"]): (one["false_safe"], one["false_alarm"])
+        for one in result["scores"]
+        if one["moment"] == "end" and one["direction_deg"] is None
+    }
+    counts = {key: [(rate["count"], rate["n"]) for rate in rates] for key, rates in by_rule.items()}
+    assert counts["supervisor", "told"] == [(1, 2), (1, 3)]
+    assert (
+        counts["supervisor", "law"] == counts["a stranger", "told"] == counts["a stranger", "law"] == [(0, 0), (2, 5)]
+    )
+    assert (result["false_safe"]["humanoid"]["n"], result["false_alarm"]["humanoid"]["n"]) == (2, 8)
+    (entry,) = result["probability"]
+    assert [(entry[name]["count"], entry[name]["n"]) for name in ("false_safe", "false_alarm")] == [(1, 2), (1, 3)]
 
 
 def test_slack_is_the_best_of_the_sets_that_count() -> None:

@@ -46,6 +46,19 @@ def test_lost_though_predicted_safe_is_shown() -> None:
     )
 
 
+def test_lost_though_recovery_was_likely_is_shown_with_the_probability() -> None:
+    rows = adaptive(lambda _: True, controllers=["supervisor"], directions=[0.0], levels=9)
+    for one in rows:
+        one["outcome"] = "fell" if one["delta_v"] > 0.12 else "recovered"
+    pushes = frame(rows)
+    likely = 0.3 + 0.6 * (pushes["episode"] == rows[-1]["episode"])
+    _, surprise = failures.worst_failures(pushes.assign(probability=likely), 2)
+    assert (surprise.row["episode"], surprise.why) == (
+        rows[-1]["episode"],
+        "Predicted safe, recovery told to be 90 % likely, and lost",
+    )
+
+
 @pytest.mark.parametrize(("levels", "asked"), [(3, 4), (9, 0)])
 def test_report_without_failures_says_why(tmp_path: Path, levels: int, asked: int) -> None:
     variants: dict[str, dict[str, Any]] = {"full": {}, "weak": {}}
