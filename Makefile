@@ -21,8 +21,9 @@ demo: install
 	$(BIN)/okiagari run three_pushes --world pendulum --out out/demo/pendulum --overwrite
 	$(BIN)/okiagari run three_pushes --world humanoid --out out/demo/humanoid --overwrite
 
+# Two processes, whole files each, for their fixtures take long to make.
 test: install
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(or $(JOBS),2) --dist loadfile
 
 # Ten thousand mutated scenarios, suites, robots and command lines: none may do harm.
 fuzz: install
