@@ -42,7 +42,8 @@ class Estimator(Protocol):
 
     It knows the robot's file, which need not be the true body. It may have a class `Options`, a
     `controllers.fields.Strict`, and an attribute `nominal_body`, which is then set to a
-    `controllers.estimation.look_ahead.NominalBody` before the first episode. With an attribute `takes_figures = True`
+    `controllers.estimation.look_ahead.NominalBody` before the first episode. A scenario with more latency than its
+    attribute `most_latency` [s] is refused. With an attribute `takes_figures = True`
     it is given a fourth argument, the `controllers.estimation.beliefs.SensorFigures` of the scenario.
     """
 

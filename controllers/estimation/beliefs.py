@@ -31,7 +31,7 @@ class SensorFigures:
         count: of an encoder [rad]; 0 if it does not round.
         gyro_noise, gyro_bias: standard deviations [rad/s].
         accelerometer_noise, accelerometer_bias: the same [m/s^2].
-        at_drive: whether the servos are told where a joint shall be from where they see it, and so are not late.
+        at_drive: whether the servos take a reference "where I see the joint" from where they see it themselves.
     """
 
     count: float = 0.0

@@ -39,9 +39,11 @@ _FLAWLESS = SensorFigures()
 class InvariantEkf:
     """The trunk's attitude, velocity and place by an invariant Kalman filter; the rest by kinematics of a nominal body.
 
-    Yaw and place drift, for nothing that is measured shows them.
+    Yaw and place drift, for nothing that is measured shows them. Under latency the COG, its velocity and the angular
+    momentum are told as they are now; joints, feet and ZMP as they were measured, if `EkfOptions.predicted` says so.
 
     Attributes:
+        most_latency: that it can make up for [s].
         nominal_body: simulates the nominal body; whoever drives the estimator gives it, and the predictor "simulate"
             needs it.
     """
@@ -60,8 +62,10 @@ class InvariantEkf:
         """
         believed = beliefs(options, robot, sensors)
         self.nominal_body: NominalBody | None = None
+        bounded = options.predictor != "none" and options.latency is None
+        self.most_latency = LOOK_AHEAD if bounded else math.inf
         self._options, self._believed, self._dt, self._imu = options, believed, dt, robot.imu
-        self._whole = (options.predicted or ("cog" if sensors.at_drive else "body")) == "body"
+        self._at_drive = sensors.at_drive
         weight = robot.mass * robot.gravity
         self._load = options.contact_load * weight
         self._body = MeasuredBody(robot)
@@ -121,7 +125,7 @@ class InvariantEkf:
         seen = self._observation(then.configuration, then.velocity, time)
         if self._options.predictor == "none" or age < _SAME_TIME:
             return seen
-        if age > LOOK_AHEAD + _SAME_TIME:
+        if age > self.most_latency + _SAME_TIME:
             raise InputError(
                 f"sensing: the readings of 'ekf' are {age:g} s old, and it makes up for {LOOK_AHEAD} s at most; "
                 'give it predictor = "none", less latency, or faster sensors'
@@ -131,7 +135,7 @@ class InvariantEkf:
         else:
             self._look_for_push(self._taken - before)
             now = self._simulated(replace(then, push=self._observer.force), time - age, time)
-        if self._whole:
+        if self._tells_whole(targets):
             return self._observation(*now, time)
         body = self._body
         body.place(*now)
@@ -141,6 +145,12 @@ class InvariantEkf:
             cog_velocity=body.cog_velocity.copy(),
             angular_momentum=body.angular_momentum.copy(),
         )
+
+    def _tells_whole(self, targets: JointTargets | None) -> bool:
+        """Whether joints and feet are told as they are now."""
+        if self._options.predicted is not None:
+            return self._options.predicted == "body"
+        return not (self._at_drive and targets is not None and targets.from_seen)
 
     def _take(self, reading: Reading) -> None:
         dt = reading.taken - self._taken

@@ -41,8 +41,9 @@ class EkfOptions(Strict):
             ("none"), the joints go on at their speed ("extrapolate"), or the nominal body is simulated with the
             targets that were sent meanwhile ("simulate").
         predicted: what is told of the state now: COG, COG velocity and angular momentum, with joints and feet as they
-            were measured ("cog"), or the whole body ("body"). If left out, "cog" where the drives see for themselves
-            where a joint is, for a prediction errs most in the feet, whose contact it does not know; else "body".
+            were measured ("cog"), or the whole body ("body"). If left out, "cog" while the drives were last told to
+            take the joints as they see them themselves, for a prediction errs most in the feet, whose contact it does
+            not know; else "body", for references would be late.
         latency: how old the readings are taken to be [s], at most `LOOK_AHEAD`; by their time stamps if left out.
         push_settling: time constant of the push observer [s], whose force the simulation applies; at least that from
             one state to the next is taken.

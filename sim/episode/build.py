@@ -9,7 +9,6 @@ from typing import Any, cast
 from pydantic import ValidationError
 
 from controllers.estimation.beliefs import SensorFigures
-from controllers.estimation.options import LOOK_AHEAD, EkfOptions
 from controllers.fields import Strict
 from controllers.interface import BalanceController, JointController, Setting, WholeBodyLayer
 from controllers.registry import CONTROLLERS, ESTIMATORS, LAYERS, Entry
@@ -64,25 +63,21 @@ def make_estimator(scenario: Scenario, robot: Robot) -> Estimator | None:
     choice, field = scenario.sensing.who, "sensing.estimator"
     entry = ESTIMATORS.entry(choice.name)
     options = _options(entry, field, choice.options)
-    late = scenario.sensing.latency
-    looks_ahead = isinstance(options, EkfOptions) and options.latency is None and options.predictor != "none"
-    if looks_ahead and late > LOOK_AHEAD:
-        raise InputError(
-            f"sensing.latency: {late!r} s is more than the {LOOK_AHEAD} s that {entry.short!r} makes up for; give it "
-            'predictor = "none" if it is to see what is so old'
-        )
     known = (_figures(scenario),) if getattr(entry.cls, "takes_figures", False) else ()
     estimator = cast(Estimator, _built(entry, field, robot, scenario.timing.control, options, *known))
+    late, most = scenario.sensing.latency, getattr(estimator, "most_latency", math.inf)
+    if isinstance(most, int | float) and late > most:
+        raise InputError(
+            f"sensing.latency: {late!r} s is more than the {most:g} s that {entry.short!r} makes up for; 'ekf' "
+            'with predictor = "none" sees what is so old'
+        )
     if hasattr(estimator, "nominal_body"):
         estimator.nominal_body = SimulatedBody(robot, at_drive=scenario.sensing.at_drive)
     return estimator
 
 
 def _figures(scenario: Scenario) -> SensorFigures:
-    """What an estimator may know of a scenario's sensors: what their makers say.
-
-    A controller at joint level says itself where the joints shall be, and by what it sees.
-    """
+    """What an estimator may know of a scenario's sensors: what their makers say."""
     joint, imu = scenario.sensing.joint_figures, scenario.sensing.imu_figures
     return SensorFigures(
         count=2.0 * math.pi / joint.counts if joint.counts else 0.0,
@@ -90,7 +85,7 @@ def _figures(scenario: Scenario) -> SensorFigures:
         gyro_bias=imu.gyro_bias,
         accelerometer_noise=imu.accelerometer_noise,
         accelerometer_bias=imu.accelerometer_bias,
-        at_drive=scenario.sensing.at_drive and not CONTROLLERS.entry(scenario.controller.name).at_joints,
+        at_drive=scenario.sensing.at_drive,
     )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.estimation.beliefs import SensorFigures
 from controllers.estimation.ekf import InvariantEkf
 from controllers.estimation.options import EkfOptions
 from controllers.interface import JointTargets, Observation
@@ -82,9 +83,9 @@ def record_scenario(scenario: Scenario, **sensing: Any) -> Record:
     return kept
 
 
-def estimator(robot: Robot, dt: float, **options: Any) -> InvariantEkf:
-    found = InvariantEkf(robot, dt, EkfOptions(**options))
-    found.nominal_body = SimulatedBody(robot, at_drive=False)
+def estimator(robot: Robot, dt: float, *, at_drive: bool = False, **options: Any) -> InvariantEkf:
+    found = InvariantEkf(robot, dt, EkfOptions(**options), SensorFigures(at_drive=at_drive))
+    found.nominal_body = SimulatedBody(robot, at_drive=at_drive)
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -113,6 +114,17 @@ def test_of_the_state_now_the_cog_is_told_alone_or_with_the_whole_body() -> None
         for side in SIDES:
             np.testing.assert_array_equal(one.feet[side].position, then.feet[side].position)
     assert any(np.abs(now.velocity - then.velocity).max() > 0.1 for now, then in zip(whole, late, strict=True))
+
+
+def test_joints_are_told_of_now_unless_drives_take_them_as_they_see_them() -> None:
+    kept = record(1.2, 22.5, latency=0.004)
+    goals = replace(kept, targets=[replace(one, from_seen=False) for one in kept.targets])
+    for case, at_drive, predicted in ((kept, True, "cog"), (kept, False, "body"), (goals, True, "body")):
+        left_out, told = (
+            follow(case, estimator(kept.robot, kept.dt, at_drive=at_drive, **options))
+            for options in ({}, {"predicted": predicted})
+        )
+        assert all(same(one, other) for one, other in zip(left_out, told, strict=True)), predicted
 
 
 def test_the_same_readings_give_the_same_bits_in_each_episode() -> None:

@@ -78,7 +78,8 @@ def test_of_a_body_the_feet_are_slower_and_hold_less(rule: SetPolicy) -> None:
     for _ in range(100):
         dcm = somewhere(rng)
         where = dcm, FEET["right"], FEET["left"], HEADING, lift, 60
-        assert body.standing(dcm, FEET, HEADING, SIDES) == slow.standing(dcm, FEET, HEADING, SIDES)
+        held = [sets.standing(dcm, FEET, HEADING, SIDES) for sets in (body, slow, exact)]
+        assert held[0] == held[1] <= held[2] + 1e-12
         assert body.stepping(*where) == slow.stepping(*where) <= exact.stepping(*where) + 1e-12
         less += body.stepping(*where) < exact.stepping(*where) - 1e-3
     assert less > 5
