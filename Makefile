@@ -21,9 +21,9 @@ demo: install
 	$(BIN)/okiagari run three_pushes --world pendulum --out out/demo/pendulum --overwrite
 	$(BIN)/okiagari run three_pushes --world humanoid --out out/demo/humanoid --overwrite
 
-# Two processes, whole files each, for their fixtures take long to make.
+# Two processes, or JOBS=4; whole files each, for their fixtures take long to make. Thread pools would get in their way.
 test: install
-	$(BIN)/python -m pytest -n $(or $(JOBS),2) --dist loadfile
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(or $(JOBS),2) --dist loadfile
 
 # Ten thousand mutated scenarios, suites, robots and command lines: none may do harm.
 fuzz: install

@@ -193,7 +193,7 @@ class Decision:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:
-    """What a controller's sets say of the state of the last tick: whether it stays on its feet.
+    """What a controller's sets say of the state of the last tick: how far inside them it is.
 
     Attributes:
         standing: signed slack in the set of standing [m]; NaN if it cannot be asked now, None if there is no such set.

@@ -59,7 +59,7 @@ class Supervisor:
         pendulum: its model and the control period.
         options: how it steps.
         rule: decides the steps; None for a controller that never steps.
-        recoverability: predicts whether they will do; None for a controller that predicts nothing of steps.
+        recoverability: predicts how far inside their sets it is; None for a controller that predicts nothing of steps.
         decisions: every choice since `reset`, with its grounds.
         regulator: the regulator of the latest double support; None before the first tick.
     """
@@ -144,7 +144,7 @@ class Supervisor:
     def predict(self) -> Prediction:
         """What the sets say of the last tick's state: slack in the regulator's [m of ZMP], in the steppers' [m of DCM].
 
-        The regulator's is NaN while a foot is in the air. The steppers' is that of the steps that are predicted to do,
+        The regulator's is NaN while a foot is in the air. The steppers' is that of the steps that hold it best,
         from the step under way or from the stance; NaN while no step may follow, None if it never steps.
         """
         standing = self._slacks[0]

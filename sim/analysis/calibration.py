@@ -31,14 +31,15 @@ RIDGE = 0.1
 """Weight of the squared slopes [1/cm] where the slacks part the outcomes and there is no largest likelihood: as if each
 slope were normal with a standard deviation of 3.2 per cm."""
 
+FARTHEST = 20.0
+"""Slacks beyond this [cm], among them that of no step within reach, say no more than it does."""
+
 EXACT = "exact"
 """What `senses` calls the true state, of a body without errors."""
 
 _WHO = ("robot", "world", "controller")
 _SEEN = ("sensing", "latency", "noise_position", "noise_velocity", "body_error")
 _TERMS = {"stepping": "tracking", "standing": "regulator"}
-# Slacks beyond this [cm], among them that of no step within reach, say no more than it does.
-_LIMIT = 20.0
 _CENTIMETRES = 100.0
 _ROUNDING = 1e-9
 
@@ -238,7 +239,7 @@ def _slacks(frame: pd.DataFrame) -> pd.DataFrame:
     # In a train no step within reach is null, and told by the membership alone.
     out_of_reach = found["stepping"].isna() & frame["in_tracking_set_end"].notna()
     found["stepping"] = found["stepping"].mask(out_of_reach, -math.inf)
-    return (found * _CENTIMETRES).clip(-_LIMIT, _LIMIT)
+    return (found * _CENTIMETRES).clip(-FARTHEST, FARTHEST)
 
 
 def _fit(who: Mapping[str, Any], frame: pd.DataFrame, sweep: Mapping[str, Any]) -> Model | None:

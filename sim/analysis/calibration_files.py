@@ -11,7 +11,7 @@ from typing import Any
 from models.errors import InputError, one_line
 from sim.analysis.calibration import Calibration, Model
 
-_KIND, _VERSION = "okiagari calibration", 2
+_KIND, _VERSION = "okiagari calibration", 3
 _SHIPPED = Path(__file__).resolve().parents[2] / "baselines"
 
 

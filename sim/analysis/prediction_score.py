@@ -208,6 +208,8 @@ def _scores(what: dict[str, Any], members: pd.DataFrame) -> Iterator[dict[str, A
     # A train that crashed has no direction.
     directed = members[members["direction_deg"].notna()]
     for rule in (rule for rule in _RULES[what["moment"]] if asked(members, rule).any()):
+        if rule == "law" and what["moment"] == "end" and members["probability"].isna().all():
+            continue  # they alone were told
         yield {**what, "set": rule, "direction_deg": None, **score(members, what["moment"], rule)}
         for middle, there in directed.groupby(sector(directed["direction_deg"])):
             yield {**what, "set": rule, "direction_deg": int(middle), **score(there, what["moment"], rule)}

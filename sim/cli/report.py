@@ -20,7 +20,7 @@ CalibrationOption = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Of 'okiagari calibrate': gives each push a probability.",
+        help="Of 'okiagari calibrate': how likely a push is recovered from, and so which is called safe.",
         show_default="baselines/calibration-*.json of the checkout, where they fit",
     ),
 ]

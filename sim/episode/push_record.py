@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -41,7 +42,7 @@ class PushRecord:
         regulator_slack, tracking_slack: signed slack of the sets at its end: of the regulator of the latest double
             support [m of ZMP], and of the steps under way or, under the regulator, of the best from there [m of DCM;
             of ZMP for the paper's reference].
-        in_regulator_set, in_tracking_set: the same as membership.
+        in_regulator_set, in_tracking_set: the same as membership; None if the set could not be asked.
         chosen: how it was answered: "stepping" if a step was decided before the next push that begins after its end,
             else the phase at its start.
         reached: whether the episode lasted until its end.
@@ -142,4 +143,4 @@ def check_delivered(index: int, push: Push, mass: float, delivered: Array) -> No
 
 
 def _member(slack: float | None) -> bool | None:
-    return None if slack is None else slack >= 0.0
+    return None if slack is None or math.isnan(slack) else slack >= 0.0

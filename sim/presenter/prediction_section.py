@@ -40,7 +40,7 @@ _MOST = 20.0
 
 
 def prediction_section(summary: Summary) -> Section | None:
-    """Whether what the sets said of a push came true; None if no set was asked."""
+    """Whether what was predicted of a push came true; None if no set was asked."""
     found = summary["prediction_score"]
     if not found["confusion"]:
         return None
@@ -66,7 +66,7 @@ def prediction_section(summary: Summary) -> Section | None:
     )
     return Section(
         key="prediction",
-        heading="Prediction score: did the sets predict the outcome?",
+        heading="Prediction score: was the outcome what was predicted?",
         text=(_BY_PROBABILITY if found["probability"] else "A push is ") + _BY_SETS,
         tables=(
             *_probability_table(summary, found["probability"]),

@@ -107,7 +107,12 @@ def worst_failures(pushes: pd.DataFrame, count: int) -> list[Failure]:
         ],
         [
             Failure(row=row, why=f"Predicted safe, {_why_safe(row)}, and lost")
-            for row in records(safe.sort_values(["probability", "slack", "episode"], ascending=[False, False, True]))
+            for row in records(
+                # What the sets alone called safe first: nothing is left out of them.
+                safe.sort_values(
+                    ["probability", "slack", "episode"], ascending=[False, False, True], na_position="first"
+                )
+            )
         ],
     ]
     taken: dict[tuple[Any, Any], Failure] = {}

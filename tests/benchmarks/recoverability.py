@@ -21,6 +21,7 @@ from controllers.supervisor.supervisor import Supervisor
 from models.robot import load_robot
 from scenarios.schema import Scenario
 from scenarios.suite_catalogue import load_suite
+from sim.analysis.calibration import FARTHEST
 from sim.analysis.statistics import auc, brier, fit_logistic
 from sim.episode.build import make_controller
 from sim.episode.episode import run_episode
@@ -33,8 +34,6 @@ SEED, PUSHES, WORKERS = 1000, 720, 2
 # Harder than this [m/s] the outcome is open.
 HARD = 0.7
 SPEEDS = (0.3, 0.4, 0.5, 0.6, 0.72, 0.85, 1.0)
-# Slacks beyond this [cm] say no more than it does.
-LIMIT = 20.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +53,7 @@ class Asked:
     def slack(self, recoverability: Recoverability) -> float:
         """The predicted slack [cm]."""
         told = (recoverability.standing if self.standing else recoverability.stepping)(*self.question)
-        return float(np.clip(100.0 * told, -LIMIT, LIMIT))
+        return float(np.clip(100.0 * told, -FARTHEST, FARTHEST))
 
 
 class Noting(Recoverability):

@@ -208,9 +208,8 @@ def test_the_score_is_by_the_calibration_where_it_speaks_and_by_the_sets_elsewhe
     }
     counts = {key: [(rate["count"], rate["n"]) for rate in rates] for key, rates in by_rule.items()}
     assert counts["supervisor", "told"] == [(1, 2), (1, 3)]
-    assert (
-        counts["supervisor", "law"] == counts["a stranger", "told"] == counts["a stranger", "law"] == [(0, 0), (2, 5)]
-    )
+    assert counts["supervisor", "law"] == counts["a stranger", "told"] == [(0, 0), (2, 5)]
+    assert ("a stranger", "law") not in counts
     assert (result["false_safe"]["humanoid"]["n"], result["false_alarm"]["humanoid"]["n"]) == (2, 8)
     (entry,) = result["probability"]
     assert [(entry[name]["count"], entry[name]["n"]) for name in ("false_safe", "false_alarm")] == [(1, 2), (1, 3)]
@@ -250,7 +249,7 @@ def test_worlds_and_moments_are_scored_apart() -> None:
     by_moment = {
         one["moment"]: one["false_safe"]["n"]
         for one in result["scores"]
-        if one["world"] == "humanoid" and one["set"] == "law" and one["direction_deg"] is None
+        if one["world"] == "humanoid" and one["set"] in ("told", "law") and one["direction_deg"] is None
     }
     assert by_moment == {"end": 1, "decision": 0}
     assert {one["controller"] for one in result["scores"]} == {"supervisor"}
