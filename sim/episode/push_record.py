@@ -42,7 +42,8 @@ class PushRecord:
         regulator_slack, tracking_slack: signed slack of the sets at its end: of the regulator of the latest double
             support [m of ZMP], and of the steps under way or, under the regulator, of the best from there [m of DCM;
             of ZMP for the paper's reference].
-        in_regulator_set, in_tracking_set: the same as membership; None if the set could not be asked.
+        in_regulator_set, in_tracking_set: the same as membership. With a foot in the air nothing is in the regulator's
+            set; the other is None if it could not be asked, as in a step that closes the feet.
         chosen: how it was answered: "stepping" if a step was decided before the next push that begins after its end,
             else the phase at its start.
         reached: whether the episode lasted until its end.
@@ -106,8 +107,8 @@ def push_record(
         "cog_velocity_after": state.get("velocity"),
         "regulator_slack": state.get("regulator_slack"),
         "tracking_slack": state.get("tracking_slack"),
-        "in_regulator_set": _member(state.get("regulator_slack")),
-        "in_tracking_set": _member(state.get("tracking_slack")),
+        "in_regulator_set": _member(state.get("regulator_slack"), unasked=False),
+        "in_tracking_set": _member(state.get("tracking_slack"), unasked=None),
         "chosen": chosen,
         "reached": ended is not None,
     }
@@ -142,5 +143,8 @@ def check_delivered(index: int, push: Push, mass: float, delivered: Array) -> No
         raise InputError(f"pushes[{index}]: {given}; a run whose push is not what was asked is not kept")
 
 
-def _member(slack: float | None) -> bool | None:
-    return None if slack is None or math.isnan(slack) else slack >= 0.0
+def _member(slack: float | None, unasked: bool | None) -> bool | None:
+    """Membership by a slack; None without a set, and `unasked` of NaN."""
+    if slack is None:
+        return None
+    return unasked if math.isnan(slack) else slack >= 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from models.errors import InputError
 from scenarios.catalogue import load
 from sim.episode.episode import EpisodeResult, run_episode
+from sim.episode.push_record import _member
 from sim.episode.run_folder import (
     DECISIONS,
     FILES,
@@ -211,3 +213,8 @@ def test_the_folder_one_is_in_is_refused(tmp_path: Path, monkeypatch: pytest.Mon
     for name in (".", "..", str(tmp_path)):
         with pytest.raises(InputError, match="the folder that you are in"), claimed(Path(name), overwrite=True):
             pass
+
+
+def test_of_a_foot_in_the_air_standing_is_out_and_a_set_that_could_not_be_asked_is_null() -> None:
+    assert [_member(slack, unasked=False) for slack in (0.0, -1e-9, math.nan, None)] == [True, False, False, None]
+    assert [_member(slack, unasked=None) for slack in (0.0, -math.inf, math.nan, None)] == [True, False, None, None]

@@ -67,7 +67,7 @@ def test_says_what_it_must(page: str) -> None:
         "Against the baseline",
         "How hard it can be pushed",
         "What was recovered",
-        "Prediction score: did the sets predict the outcome?",
+        "Prediction score: was the outcome what was predicted?",
         "Failures that ask for an explanation",
         "To reproduce",
         "Koolen",
@@ -155,7 +155,7 @@ def test_random_pushes_and_lone_controllers_have_a_page(tmp_path: Path) -> None:
     statue = folder_of(tmp_path / "statue", adaptive(law, controllers=["statue"], directions=[0.0]), finished=0)
     write_report(statue, statue / REPORT, failures=0)
     text = (statue / REPORT).read_text(encoding="utf-8")
-    assert "Prediction score: did the sets predict the outcome?" not in text
+    assert "Prediction score: was the outcome what was predicted?" not in text
     assert "not finished" in text
 
 
