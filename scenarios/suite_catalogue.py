@@ -36,6 +36,7 @@ class LoadedSuite:
         base: the scenario that its episodes vary, without its push.
         push: what its push says.
         only: the world that it is run in instead of its own; None if that is as the file says.
+        options: of the command line, which replaced what the file says, in its words.
     """
 
     name: str
@@ -45,6 +46,7 @@ class LoadedSuite:
     base: Scenario
     push: Mapping[str, Any]
     only: World | None = None
+    options: tuple[str, ...] = ()
 
     def range(self, name: str) -> tuple[float, ...]:
         """The values that a push's `duration` or `start` may have, or the ends of their range [s]."""

@@ -40,7 +40,7 @@ SUMMARY = "summary.json"
 # A column with more values than this was drawn at random: its rates are of ranges of it.
 _MOST_VALUES = 24
 _RANGES = 8
-_FACTS = ("name", "description", "tuned_on", "world", "suite_hash", "seed", "planned", "train", "rest")
+_FACTS = ("name", "description", "tuned_on", "world", "options", "suite_hash", "seed", "planned", "train", "rest")
 _SCALES = ("over_omega_d", "over_sqrt_gh", "delta_v")
 _PUSH = ("direction_deg", "delta_v")
 _NUMERIC = frozenset({*_PUSH, *CASE_COLUMNS}) - {"robot", "world", "whole_body", "variant", "body", "sensing"}

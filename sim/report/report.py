@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -70,7 +71,7 @@ def write_report(
         folder=folder,
         summary=summary,
         suite_text=suite.read_text(encoding="utf-8") if suite.is_file() else "",
-        suite_argument=summary["suite"] if summary["suite"] in shipped_suites() else f"{summary['suite']}.toml",
+        suite_argument=_asked(summary),
         cards=cards(summary),
         facts=facts(summary),
         sections=_illustrated(summary, pushes),
@@ -85,6 +86,14 @@ def write_report(
     )
     write_file(page.encode(), path, "--out")
     return summary
+
+
+def _asked(summary: dict[str, Any]) -> str:
+    """The suite and what was replaced of it, as they are typed."""
+    suite = summary["suite"] if summary["suite"] in shipped_suites() else f"{summary['suite']}.toml"
+    # Sweeps of before kept the world alone.
+    world = ["--world", summary["world"]] if summary["world"] else []
+    return shlex.join([suite, *(summary["options"] or world)])
 
 
 def _template() -> Any:

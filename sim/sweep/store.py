@@ -170,6 +170,7 @@ def describe(loaded: LoadedSuite, folder: Path, *, planned: int, finished: int) 
         "first": None if suite.first is None else suite.first.model_dump(),
         "variants": suite.variants,
         "world": loaded.only,
+        "options": list(loaded.options),
         "suite_hash": suite_hash(loaded),
         "seed": suite.seed,
         "rest": loaded.base.judge.rest,

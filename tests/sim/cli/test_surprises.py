@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import os
 import re
 import signal
@@ -139,7 +140,12 @@ def test_set_changes_the_scenario_and_the_sweep(here: Path, capsys: pytest.Captu
     scenario = load_trace(here / "a" / "trace.parquet").metadata["scenario"]
     assert (scenario["duration"], scenario["gain"]["k"]) == (2.5, 1.7)
     assert main(["sweep", "suite.toml", "--set", "gain.k=1.7", "--workers", "1"]) == 0
-    assert '"k": 1.7' in read_results(here / "out" / "sweep-suite-gain.k-1.7")["scenario"][0].as_py()
+    folder = here / "out" / "sweep-suite-gain.k-1.7"
+    assert '"k": 1.7' in read_results(folder)["scenario"][0].as_py()
+    # ... and says how to run it again.
+    assert main(["report", str(folder), "--failures", "0"]) == 0
+    page = html.unescape((folder / "report.html").read_text(encoding="utf-8"))
+    assert "okiagari sweep suite.toml --set gain.k=1.7 --out " in page
     assert main(["sweep", "suite.toml", "--set", "seed=3"]) == 2
     assert "the suite decides it" in capsys.readouterr().err
 
