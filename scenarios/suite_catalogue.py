@@ -36,7 +36,7 @@ class LoadedSuite:
         base: the scenario that its episodes vary, without its push.
         push: what its push says.
         only: the world that it is run in instead of its own; None if that is as the file says.
-        options: of the command line, which replaced what the file says, in its words.
+        options: of the command line, in its words, which replaced what the file says; but for the world.
     """
 
     name: str

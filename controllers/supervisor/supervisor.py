@@ -59,7 +59,7 @@ class Supervisor:
         pendulum: its model and the control period.
         options: how it steps.
         rule: decides the steps; None for a controller that never steps.
-        recoverability: predicts how far inside their sets it is; None for a controller that predicts nothing of steps.
+        recoverability: predicts how far inside the steps' sets the state is; None for who predicts nothing of steps.
         decisions: every choice since `reset`, with its grounds.
         regulator: the regulator of the latest double support; None before the first tick.
     """

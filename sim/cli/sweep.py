@@ -94,7 +94,6 @@ def sweep(
         names = tuple(dict.fromkeys(str(named(CONTROLLERS, "--controller", name)) for name in controller))
         loaded, called = with_controllers(loaded, names), [*called, *(short(name).replace(":", "-") for name in names)]
     options = [("--set", one) for one in assignments or ()] + [("--controller", one) for one in controller or ()]
-    options += [("--world", world)] if world is not None else []
     loaded = replace(loaded, options=tuple(word for option in options for word in option))
     folder = out if out is not None else Path("out") / "-".join(called)
     run_suite(loaded, folder, workers=workers, cluster=cluster, many=yes)

@@ -91,9 +91,8 @@ def write_report(
 def _asked(summary: dict[str, Any]) -> str:
     """The suite and what was replaced of it, as they are typed."""
     suite = summary["suite"] if summary["suite"] in shipped_suites() else f"{summary['suite']}.toml"
-    # Sweeps of before kept the world alone.
     world = ["--world", summary["world"]] if summary["world"] else []
-    return shlex.join([suite, *(summary["options"] or world)])
+    return shlex.join([suite, *(summary["options"] or []), *world])
 
 
 def _template() -> Any:
