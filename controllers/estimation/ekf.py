@@ -39,8 +39,9 @@ _FLAWLESS = SensorFigures()
 class InvariantEkf:
     """The trunk's attitude, velocity and place by an invariant Kalman filter; the rest by kinematics of a nominal body.
 
-    Yaw and place drift, for nothing that is measured shows them. Under latency the COG, its velocity and the angular
-    momentum are told as they are now; joints, feet and ZMP as they were measured, if `EkfOptions.predicted` says so.
+    Yaw and place drift, for nothing that is measured shows them. Under latency the COG, its velocity, the angular
+    momentum, the load and the soles that carry it are told as they are now; joints, a foot in the air and the ZMP as
+    they were measured, if `EkfOptions.predicted` says so.
 
     Attributes:
         most_latency: that it can make up for [s].
@@ -122,28 +123,31 @@ class InvariantEkf:
             return replace(self._first, time=time)
         then = self._state()
         age = time - self._taken if self._options.latency is None else self._options.latency
-        seen = self._observation(then.configuration, then.velocity, time)
+        measured = self._observation(then.configuration, then.velocity, then.load, time)
         if self._options.predictor == "none" or age < _SAME_TIME:
-            return seen
+            return measured
         if age > self.most_latency + _SAME_TIME:
             raise InputError(
                 f"sensing: the readings of 'ekf' are {age:g} s old, and it makes up for {LOOK_AHEAD} s at most; "
                 'give it predictor = "none", less latency, or faster sensors'
             )
         if self._options.predictor == "extrapolate":
-            now = extrapolated(then, age)
+            now = self._observation(*extrapolated(then, age), then.load, time)
         else:
             self._look_for_push(self._taken - before)
-            now = self._simulated(replace(then, push=self._observer.force), time - age, time)
-        if self._tells_whole(targets):
-            return self._observation(*now, time)
-        body = self._body
-        body.place(*now)
+            ahead = self._simulated(replace(then, push=self._observer.force), time - age, time)
+            now = self._observation(*ahead, time)
+        return now if self._tells_whole(targets) else self._balance(now, measured)
+
+    def _balance(self, now: Observation, measured: Observation) -> Observation:
+        """What is of now but for joints, ZMP and feet in the air."""
+        feet = {}
+        for side in SIDES:
+            here, then = now.feet[side], measured.feet[side]
+            stands = max(here.force, then.force) >= self._load
+            feet[side] = here if stands else replace(then, force=here.force)
         return replace(
-            seen,
-            cog=body.cog.copy(),
-            cog_velocity=body.cog_velocity.copy(),
-            angular_momentum=body.angular_momentum.copy(),
+            now, zmp=measured.zmp, feet=feet, configuration=measured.configuration, velocity=measured.velocity
         )
 
     def _tells_whole(self, targets: JointTargets | None) -> bool:
@@ -189,7 +193,12 @@ class InvariantEkf:
         forces = self._forces.tolist()
         loaded = frozenset(side for side, force in zip(SIDES, forces, strict=True) if force >= self._load)
         return BodyState(
-            configuration=configuration, velocity=velocity, acceleration=acceleration, loaded=loaded, push=np.zeros(3)
+            configuration=configuration,
+            velocity=velocity,
+            acceleration=acceleration,
+            load=self._forces.copy(),
+            loaded=loaded,
+            push=np.zeros(3),
         )
 
     def _look_for_push(self, dt: float) -> None:
@@ -199,8 +208,8 @@ class InvariantEkf:
             high = float(body.trunk_com[2])
             self._observer.take(body.cog, body.cog_velocity, body.angular_momentum, zmp, load, high, dt)
 
-    def _simulated(self, then: BodyState, begin: float, end: float) -> tuple[Array, Array]:
-        """The nominal body's state at `end` [s], from that at `begin`."""
+    def _simulated(self, then: BodyState, begin: float, end: float) -> tuple[Array, Array, Array]:
+        """The nominal body's configuration, velocity and load at `end` [s], from the state at `begin`."""
         assert self.nominal_body is not None
         held, stop = [], end
         for start, targets in reversed(self._sent):
@@ -214,12 +223,12 @@ class InvariantEkf:
         held.reverse()
         return self.nominal_body.forward(then, held)
 
-    def _observation(self, configuration: Array, velocity: Array, time: float) -> Observation:
+    def _observation(self, configuration: Array, velocity: Array, load: Array, time: float) -> Observation:
         body = self._body
         body.place(configuration, velocity)
         zmp, _ = self._zmp()
         feet = {
-            side: FootState(position=body.sole_places[i].copy(), yaw=body.yaw(i), force=float(self._forces[i]))
+            side: FootState(position=body.sole_places[i].copy(), yaw=body.yaw(i), force=float(load[i]))
             for i, side in enumerate(SIDES)
         }
         return Observation(

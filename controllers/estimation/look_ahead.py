@@ -25,6 +25,7 @@ class BodyState:
         configuration: (7 + n,), as in `Observation`.
         velocity: (6 + n,), as in `Observation`.
         acceleration: (3,) of the trunk's origin in the world [m/s^2].
+        load: (2,) of the floor on the left and the right sole [N].
         loaded: the soles that the floor carries.
         push: (3,) force on the trunk's COM in the world [N].
     """
@@ -32,6 +33,7 @@ class BodyState:
     configuration: Array
     velocity: Array
     acceleration: Array
+    load: Array
     loaded: frozenset[Side]
     push: Array
 
@@ -47,8 +49,12 @@ class Held:
 class NominalBody(Protocol):
     """The body of the robot's file on a flat floor, simulated beside the world; controllers know no simulator."""
 
-    def forward(self, state: BodyState, held: Sequence[Held]) -> tuple[Array, Array]:
-        """Configuration (7 + n,) and velocity (6 + n,) after the servos held these targets, one after another."""
+    def forward(self, state: BodyState, held: Sequence[Held]) -> tuple[Array, Array, Array]:
+        """The state after the servos held these targets, one after another.
+
+        Returns:
+            Configuration (7 + n,), velocity (6 + n,) and load (2,), as in `BodyState`.
+        """
 
 
 def extrapolated(state: BodyState, ahead: float) -> tuple[Array, Array]:

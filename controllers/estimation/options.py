@@ -40,10 +40,10 @@ class EkfOptions(Strict):
         predictor: how the state now follows from that when the readings were taken: it is taken to be the same
             ("none"), the joints go on at their speed ("extrapolate"), or the nominal body is simulated with the
             targets that were sent meanwhile ("simulate").
-        predicted: what is told of the state now: COG, COG velocity and angular momentum, with joints and feet as they
-            were measured ("cog"), or the whole body ("body"). If left out, "cog" while the drives were last told to
-            take the joints as they see them themselves, for a prediction errs most in the feet, whose contact it does
-            not know; else "body", for references would be late.
+        predicted: what is told of the state now: COG, COG velocity, angular momentum, load and the soles that carry it,
+            with joints and a foot in the air as they were measured ("balance"), or the whole body ("body"). If left
+            out, "balance" while the drives were last told to take the joints as they see them themselves, for feet
+            that are steered by where they were land better; else "body", for references would be late.
         latency: how old the readings are taken to be [s], at most `LOOK_AHEAD`; by their time stamps if left out.
         push_settling: time constant of the push observer [s], whose force the simulation applies; at least that from
             one state to the next is taken.
@@ -69,7 +69,7 @@ class EkfOptions(Strict):
     sole_tilt: Positive = 0.005
     flat: Positive | None = None
     predictor: Literal["none", "extrapolate", "simulate"] = "simulate"
-    predicted: Literal["cog", "body"] | None = None
+    predicted: Literal["balance", "body"] | None = None
     latency: Annotated[NotNegative, Field(le=LOOK_AHEAD)] | None = None
     push_settling: Positive = 0.01
     push_threshold: NotNegative | None = None

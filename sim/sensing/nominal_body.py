@@ -49,9 +49,13 @@ class SimulatedBody:
         self._push = self._data.xfrc_applied[model.body(TRUNK).id, :3]
         sites: dict[Side, int] = {side: model.site(f"{side}_sole").id for side in SIDES}
         where, axes = self._data.site_xpos, self._data.site_xmat
+        self._soles_of = np.full(model.ngeom, -1)
+        for index, side in enumerate(SIDES):
+            self._soles_of[model.geom_bodyid == model.site_bodyid[sites[side]]] = index
+        self._contact_force = np.zeros(6)
         self._soles = {side: (where[i], axes[i], robot.sole_vertices[side].copy()) for side, i in sites.items()}
 
-    def forward(self, state: BodyState, held: Sequence[Held]) -> tuple[Array, Array]:
+    def forward(self, state: BodyState, held: Sequence[Held]) -> tuple[Array, Array, Array]:
         """See `NominalBody`; from where the simulation fails, the state as it was."""
         model, data = self._model, self._data
         # All that a step starts from, so that nothing of the last call is left.
@@ -72,9 +76,18 @@ class SimulatedBody:
         configuration, velocity = self._qpos.copy(), self._qvel.copy()
         # a sum of squares is finite only of finite numbers
         if not math.isfinite(configuration.dot(configuration) + velocity.dot(velocity)):
-            return state.configuration, state.velocity
+            return state.configuration, state.velocity, state.load
         configuration[2] += shift
-        return configuration, velocity
+        return configuration, velocity, self._load()
+
+    def _load(self) -> Array:
+        """Of the floor on the left and the right sole (2,) [N]."""
+        load = np.zeros(2)
+        for index, soles in enumerate(self._soles_of[self._data.contact.geom].max(axis=1).tolist()):
+            if soles >= 0:
+                mujoco.mj_contactForce(self._model, self._data, index, self._contact_force)
+                load[soles] += self._contact_force[0]
+        return load
 
     def _lowest(self, side: Side) -> float:
         """Height of the lowest corner of a sole [m]."""

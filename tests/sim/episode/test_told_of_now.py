@@ -1,4 +1,4 @@
-"""What an estimator tells of now: the COG alone, or the whole body where references would be late."""
+"""What an estimator tells of now: the balance alone, or the whole body where references would be late."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ def test_the_estimator_knows_whether_the_drives_see_the_joints_themselves() -> N
         assert made._at_drive is at_drive
 
 
-def test_side_pushes_are_survived_by_the_cog_of_now_and_fewer_by_the_whole_body_of_now() -> None:
-    survived = {"cog": 0, "body": 0}
+def test_side_pushes_are_survived_by_the_balance_of_now_and_fewer_by_the_whole_body_of_now() -> None:
+    survived = {"balance": 0, "body": 0}
     for predicted in survived:
         sensing = {"preset": "typical", "latency": 0.004, "estimator": {"name": "ekf", "predicted": predicted}}
         for direction in (96.0, 260.0, 280.0):
             push = {"start": 0.3, "direction": direction, "delta_v": 2.1 * omega_d(direction)}
             asked = {"seed": 1000, "sensing": sensing, "body": {"scale": 1.0}, "pushes": [push], "duration": 4.0}
             survived[predicted] += run_episode(load("quiet", asked), polygons=False).outcome.time_of_fall is None
-    assert survived["cog"] == 3
+    assert survived["balance"] == 3
     assert survived["body"] <= 1
