@@ -15,6 +15,7 @@ from controllers.geometry.rotation import from_quaternion
 from controllers.interface import Observation
 from models.arena import SIDES
 from models.errors import InputError, OkiagariError
+from models.robot import Side
 from tests.controllers.estimation.recorded import Record, errors_of, estimator, follow, peak, record, rms
 
 # A push that is stood, one that needs steps to the side, and one that needs some backward.
@@ -118,8 +119,31 @@ def test_of_the_state_now_the_balance_is_told_alone_or_with_the_whole_body() -> 
             wanted = now if stands else then
             np.testing.assert_array_equal(one.feet[side].position, wanted.feet[side].position)
             places.append(stands)
-    assert any(places) and not all(places)
+    assert any(places)
+    assert not all(places)
     assert any(np.abs(now.velocity - then.velocity).max() > 0.1 for now, then in zip(whole, late, strict=True))
+
+
+def touchdowns(observations: list[Observation], side: Side, least: float) -> list[int]:
+    """Ticks at which a foot carries `least` [N] after it carried less for 30 ms."""
+    loaded = [observation.feet[side].force >= least for observation in observations]
+    return [tick for tick in range(15, len(loaded)) if loaded[tick] and not any(loaded[tick - 15 : tick])]
+
+
+def test_a_touchdown_is_told_when_it_happens_and_not_two_ticks_late() -> None:
+    kept = record(1.7, 247.5, latency=0.004)
+    least = EkfOptions().contact_load * kept.robot.mass * kept.robot.gravity
+    balance, late = (
+        follow(kept, estimator(kept.robot, kept.dt, **options))
+        for options in ({"predicted": "balance"}, {"predictor": "none"})
+    )
+    true, now, then = (
+        [tick for side in SIDES for tick in touchdowns(told, side, least)] for told in (kept.truth, balance, late)
+    )
+    assert len(true) >= 3
+    np.testing.assert_array_equal(np.subtract(then, true), 2)
+    # a tick, for a height that is wrong by a millimetre is 3 ms of a foot that comes down by 0.3 m/s
+    np.testing.assert_allclose(now, true, atol=1)
 
 
 def test_joints_are_told_of_now_unless_drives_take_them_as_they_see_them() -> None:
