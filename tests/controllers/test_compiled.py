@@ -39,7 +39,8 @@ def edit(house: Path, name: str, old: str, new: str) -> None:
 
 def answer(house: Path) -> str:
     code = "from controllers.calls import calls\nprint(calls(5.0))"
-    done = subprocess.run([sys.executable, "-c", code], cwd=house, capture_output=True, text=True, check=True)
+    # -B: Python takes a file of the same length and second for unedited, and runs its bytecode
+    done = subprocess.run([sys.executable, "-B", "-c", code], cwd=house, capture_output=True, text=True, check=True)
     return done.stdout.strip()
 
 
