@@ -49,9 +49,10 @@ class SimulatedBody:
         self._push = self._data.xfrc_applied[model.body(TRUNK).id, :3]
         sites: dict[Side, int] = {side: model.site(f"{side}_sole").id for side in SIDES}
         where, axes = self._data.site_xpos, self._data.site_xmat
-        self._soles_of = np.full(model.ngeom, -1)
+        # by geom; -1 is no sole
+        self._sole_of = np.full(model.ngeom, -1)
         for index, side in enumerate(SIDES):
-            self._soles_of[model.geom_bodyid == model.site_bodyid[sites[side]]] = index
+            self._sole_of[model.geom_bodyid == model.site_bodyid[sites[side]]] = index
         self._contact_force = np.zeros(6)
         self._soles = {side: (where[i], axes[i], robot.sole_vertices[side].copy()) for side, i in sites.items()}
 
@@ -81,12 +82,12 @@ class SimulatedBody:
         return configuration, velocity, self._load()
 
     def _load(self) -> Array:
-        """Of the floor on the left and the right sole (2,) [N]."""
+        """On the left and the right sole (2,) [N]; where the feet strike each other, on the right one."""
         load = np.zeros(2)
-        for index, soles in enumerate(self._soles_of[self._data.contact.geom].max(axis=1).tolist()):
-            if soles >= 0:
+        for index, sole in enumerate(self._sole_of[self._data.contact.geom].max(axis=1).tolist()):
+            if sole >= 0:
                 mujoco.mj_contactForce(self._model, self._data, index, self._contact_force)
-                load[soles] += self._contact_force[0]
+                load[sole] += self._contact_force[0]
         return load
 
     def _lowest(self, side: Side) -> float:
