@@ -114,7 +114,8 @@ class InvariantEkf:
         """
         if targets is not None:
             self._sent.append((time - self._dt, targets))
-            while self._sent[0][0] < time - LOOK_AHEAD - _SAME_TIME:
+            # those that held at any time since; the first of them may have begun long before
+            while len(self._sent) > 1 and self._sent[1][0] <= time - LOOK_AHEAD + _SAME_TIME:
                 self._sent.popleft()
         before = self._taken
         for reading in readings:

@@ -57,7 +57,9 @@ class SimulatedBody:
         self._soles = {side: (where[i], axes[i], robot.sole_vertices[side].copy()) for side, i in sites.items()}
 
     def forward(self, state: BodyState, held: Sequence[Held]) -> tuple[Array, Array, Array]:
-        """See `NominalBody`; from where the simulation fails, the state as it was."""
+        """See `NominalBody`; the state as it was if nothing is held, or if the simulation fails."""
+        if not held:
+            return state.configuration, state.velocity, state.load
         model, data = self._model, self._data
         # All that a step starts from, so that nothing of the last call is left.
         self._qpos[:], self._qvel[:] = state.configuration, state.velocity

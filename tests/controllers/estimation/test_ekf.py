@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,13 +11,14 @@ import pytest
 from pydantic import ValidationError
 
 from controllers.estimation.ekf import InvariantEkf
-from controllers.estimation.options import EkfOptions
+from controllers.estimation.look_ahead import BodyState, Held
+from controllers.estimation.options import LOOK_AHEAD, EkfOptions
 from controllers.geometry.rotation import from_quaternion
 from controllers.interface import Observation
 from models.arena import SIDES
 from models.errors import InputError, OkiagariError
 from models.robot import Side
-from tests.controllers.estimation.recorded import Record, errors_of, estimator, follow, peak, record, rms
+from tests.controllers.estimation.recorded import Array, Record, errors_of, estimator, follow, peak, record, rms
 
 # A push that is stood, one that needs steps to the side, and one that needs some backward.
 PUSHES = [(1.2, 22.5), (1.7, 247.5), (2.2, 157.5)]
@@ -196,6 +198,25 @@ def slowed(kept: Record, every: int) -> Record:
             i += 1
         found.readings.append(row)
     return found
+
+
+def test_all_of_the_latency_is_simulated_by_targets_that_hold_for_long() -> None:
+    kept, simulated = record(1.2, 22.5), []
+    ekf = estimator(kept.robot, 4 * kept.dt, latency=LOOK_AHEAD)
+    body = ekf.nominal_body
+    assert body is not None
+
+    class Watched:
+        def forward(self, state: BodyState, held: Sequence[Held]) -> tuple[Array, Array, Array]:
+            simulated.append(sum(one.duration for one in held))
+            return body.forward(state, held)
+
+    ekf.nominal_body = Watched()
+    ekf.reset(kept.truth[0])
+    for tick in range(4, 120, 4):
+        readings = [one for arrived in kept.readings[tick - 3 : tick + 1] for one in arrived]
+        ekf.estimate(readings, kept.targets[tick - 4], kept.truth[tick].time)
+    np.testing.assert_allclose(simulated[20:], LOOK_AHEAD, rtol=1e-9)
 
 
 def test_encoders_may_be_slower_than_the_imu() -> None:
