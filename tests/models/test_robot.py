@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from models.adopt.catalogue import KNOWN
 from models.arena import SIDES, build_arena
 from models.errors import InputError
 from models.robot import Robot, load_robot, robot_path
@@ -141,3 +142,9 @@ def test_the_imu_is_at_the_trunk_s_site_or_at_its_origin(robot: Robot, tmp_path)
     path = tmp_path / "bare.xml"
     path.write_text("\n".join(bare), encoding="utf-8")
     np.testing.assert_array_equal(load_robot(str(path)).imu, np.zeros(3))
+
+
+def test_names_are_told_when_one_is_wrong() -> None:
+    with pytest.raises(InputError, match="did you mean 'op3'") as refusal:
+        robot_path("op4")
+    assert all(name in str(refusal.value) for name in KNOWN)
