@@ -141,7 +141,7 @@ class InvariantEkf:
         return now if self._tells_whole(targets) else self._balance(now, measured)
 
     def _balance(self, now: Observation, measured: Observation) -> Observation:
-        """What is of now but for joints, ZMP and feet in the air."""
+        """What is of now, but for joints, ZMP and feet that do not stand."""
         feet = {}
         for side in SIDES:
             here, then = now.feet[side], measured.feet[side]
@@ -152,7 +152,7 @@ class InvariantEkf:
         )
 
     def _tells_whole(self, targets: JointTargets | None) -> bool:
-        """Whether joints and feet are told as they are now."""
+        """Whether the whole body is told as it is now."""
         if self._options.predicted is not None:
             return self._options.predicted == "body"
         return not (self._at_drive and targets is not None and targets.from_seen)

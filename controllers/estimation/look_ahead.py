@@ -25,7 +25,7 @@ class BodyState:
         configuration: (7 + n,), as in `Observation`.
         velocity: (6 + n,), as in `Observation`.
         acceleration: (3,) of the trunk's origin in the world [m/s^2].
-        load: (2,) of the floor on the left and the right sole [N].
+        load: (2,) on the left and the right sole [N].
         loaded: the soles that the floor carries.
         push: (3,) force on the trunk's COM in the world [N].
     """

@@ -28,12 +28,12 @@ class EkfOptions(Strict):
         gyro_drift: wandering of its bias [rad/s/sqrt(s)].
         accelerometer_drift: wandering of its bias [m/s^2/sqrt(s)].
         first_tilt: error of the attitude given at the start [rad].
-        contact_load: share of the weight from which on a sole tells anything.
+        contact_load: share of the weight from which on a sole tells anything, and counts as standing.
         full_load: share of the weight from which on it tells as much as it can.
         contact_speed: of the point under a flat sole's centre of pressure [m/s].
         edge_speed: the same for a sole on its edge [m/s].
         outlier: speed of such a point in multiples of these from which on it is believed less.
-        edge: how near to the sole's edge its centre of pressure is then [m].
+        edge: how near to the edge the centre of pressure of a sole on its edge is at most [m].
         contact_height: of that point over the floor [m].
         sole_tilt: of a flat sole [rad].
         flat: how far from the edge the centre of pressure of a flat sole is [m].
@@ -41,9 +41,10 @@ class EkfOptions(Strict):
             ("none"), the joints go on at their speed ("extrapolate"), or the nominal body is simulated with the
             targets that were sent meanwhile ("simulate").
         predicted: what is told of the state now: COG, COG velocity, angular momentum, load and the soles that carry it,
-            with joints and a foot in the air as they were measured ("balance"), or the whole body ("body"). If left
-            out, "balance" while the drives were last told to take the joints as they see them themselves, for feet
-            that are steered by where they were land better; else "body", for references would be late.
+            with joints and other feet as they were measured ("balance"), or the whole body ("body"). The ZMP is always
+            that of measured forces, and the load is measured, too, where the joints are extrapolated. If left out,
+            "balance" while the drives were last told to take the joints as they see them themselves, for feet that are
+            steered by where they were land better; else "body", for references would be late.
         latency: how old the readings are taken to be [s], at most `LOOK_AHEAD`; by their time stamps if left out.
         push_settling: time constant of the push observer [s], whose force the simulation applies; at least that from
             one state to the next is taken.

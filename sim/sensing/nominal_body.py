@@ -84,7 +84,7 @@ class SimulatedBody:
         return configuration, velocity, self._load()
 
     def _load(self) -> Array:
-        """On the left and the right sole (2,) [N]; where the feet strike each other, on the right one."""
+        """What floor or other leg press on the left and the right foot (2,) [N]; foot on foot counts on the right."""
         load = np.zeros(2)
         for index, sole in enumerate(self._sole_of[self._data.contact.geom].max(axis=1).tolist()):
             if sole >= 0:
